@@ -174,9 +174,13 @@ def four_bar():
         left, right = legs = in_line(2.0, branch)
         draw(each, legs)
         arrow(each, left[1], 0.92 * (right[0] - left[1]), INK, lw=1.2, linestyle="--")
-        for at, text, offset in ((left[0], "$A_{11}$", (-16, -10)), (right[0], "$A_{21}$", (16, -10)),
-                                 (left[1], "$A_{12}$", (-18, 2)), (right[1], "$A_{22}$", (18, 6)),
-                                 (left[2], "$(x, y)$", (6, 16))):  # fmt: skip
+        for at, text, offset in (
+            (left[0], "$A_{11}$", (-16, -10)),
+            (right[0], "$A_{21}$", (16, -10)),
+            (left[1], "$A_{12}$", (-18, 2)),
+            (right[1], "$A_{22}$", (18, 6)),
+            (left[2], "$(x, y)$", (6, 16)),
+        ):
             label(each, at, text, offset)
         each.set(
             xlim=(-140, 165), ylim=(-105, 150), title=f"branch = {branch:+d}".replace("-", "−")

@@ -25,18 +25,30 @@ FOUR_BAR = fb.linkages.FourBar(0.2, 0.06, 0.16, 0.14)
 @pytest.mark.parametrize(
     "call, words",
     [
-        (lambda: fb.simulate(ROBOT, CONTROLLER, LINE, step=1e-9), r"1e\+09 steps of 1e-09 s: at most 1e\+07.* 400 GB"),
+        (
+            lambda: fb.simulate(ROBOT, CONTROLLER, LINE, step=1e-9),
+            r"1e\+09 steps of 1e-09 s: at most 1e\+07.* 400 GB",
+        ),
         (lambda: fb.Tracker(ROBOT, 10**20), "horizon must be at most 500"),
         (lambda: fb.Tracker(ROBOT, delay=10**9), "delay must be at most 1000"),
         (lambda: fb.linkages.study(FOUR_BAR, turns=1e6), r"are more than 10\^6 poses"),
-        (lambda: fb.linkages.coupler_curves(FOUR_BAR, samples=10**12), "samples must be at most 1000000"),
-        (lambda: fb.simulate_many([ROBOT] * 100, CONTROLLER, LINE, step=1e-6, control_period=1e-3),
-         r"100 runs of 1000000 steps are 1e\+08 rows .*: at most 3e\+07.* 18 GB"),
-        (lambda: fb.simulate_many([ROBOT], CONTROLLER, LINE, step=1e-6, control_period=1.0),
-         r"control_period = 1 s is 1e\+06 steps: at most 100000"),
+        (
+            lambda: fb.linkages.coupler_curves(FOUR_BAR, samples=10**12),
+            "samples must be at most 1000000",
+        ),
+        (
+            lambda: fb.simulate_many(
+                [ROBOT] * 100, CONTROLLER, LINE, step=1e-6, control_period=1e-3
+            ),
+            r"100 runs of 1000000 steps are 1e\+08 rows .*: at most 3e\+07.* 18 GB",
+        ),
+        (
+            lambda: fb.simulate_many([ROBOT], CONTROLLER, LINE, step=1e-6, control_period=1.0),
+            r"control_period = 1 s is 1e\+06 steps: at most 100000",
+        ),
         (lambda: fb.singularity_map(ROBOT, shape=(10**6, 10**6)), "map of 1000000 x 1000000 nodes"),
     ],
-)  # fmt: skip
+)
 def test_what_is_too_large_is_refused_at_once(call, words):
     began = time.process_time()
     with pytest.raises(ValueError, match=words):

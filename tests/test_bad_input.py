@@ -230,9 +230,13 @@ def test_a_run_without_samples_is_not_drawn():
 
 
 OF_RATES = [
-    fb.dynamic_model, fb.energy, fb.friction_torques, lambda r: fb.forward_dynamics(r, (0, 0)),
-    lambda r: fb.dkm2(r, (0, 0)), lambda r: fb.ikm2(r, (0, 0)),
-]  # fmt: skip
+    fb.dynamic_model,
+    fb.energy,
+    fb.friction_torques,
+    lambda r: fb.forward_dynamics(r, (0, 0)),
+    lambda r: fb.dkm2(r, (0, 0)),
+    lambda r: fb.ikm2(r, (0, 0)),
+]
 
 
 @pytest.mark.parametrize("call", OF_RATES)

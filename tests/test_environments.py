@@ -39,9 +39,13 @@ def commas(tmp_path_factory):
 ENVIRONMENTS = {
     "hash seed, time zone, no home": {"PYTHONHASHSEED": "7", "TZ": "Pacific/Chatham", "HOME": None},
     "few letters, no cache, narrow": {
-        "LC_ALL": "C", "PYTHONUTF8": "0", "XDG_CACHE_HOME": "/dev/null/none", "HOME": "/dev/null", "COLUMNS": "20",
+        "LC_ALL": "C",
+        "PYTHONUTF8": "0",
+        "XDG_CACHE_HOME": "/dev/null/none",
+        "HOME": "/dev/null",
+        "COLUMNS": "20",
     },
-}  # fmt: skip
+}
 
 
 def seen(folder, env):
@@ -158,9 +162,13 @@ def test_a_path_with_all_letters(tmp_path, monkeypatch, capsys):
     folder.mkdir(parents=True)
     monkeypatch.chdir(folder)
     for write, end in (
-        (RUN.to_csv, "csv"), (RUN.plot, "png"), (RUN.page, "html"), (RUN.animate, "html"),
-        (fb.singularity_map(ROBOT, shape=(20, 20)).to_npz, "npz"), (lambda path: fb.export(ROBOT, "c", path), "h"),
-    ):  # fmt: skip
+        (RUN.to_csv, "csv"),
+        (RUN.plot, "png"),
+        (RUN.page, "html"),
+        (RUN.animate, "html"),
+        (fb.singularity_map(ROBOT, shape=(20, 20)).to_npz, "npz"),
+        (lambda path: fb.export(ROBOT, "c", path), "h"),
+    ):
         path = folder / f"é.{end}"
         path.unlink(missing_ok=True)
         write(path)
@@ -173,9 +181,11 @@ def test_a_path_with_all_letters(tmp_path, monkeypatch, capsys):
     (folder / "ma réponse.py").write_bytes(solution.read_bytes())
     with_files(folder)
     for arguments in (
-        *SAME, ["track", "mon chemin.csv", "--json"], ["map", "--path", "mon chemin.csv", "--out", "é.png"],
+        *SAME,
+        ["track", "mon chemin.csv", "--json"],
+        ["map", "--path", "mon chemin.csv", "--out", "é.png"],
         ["check", "lab1", "ma réponse.py", "--html", "é.html"],
-    ):  # fmt: skip
+    ):
         assert main(arguments) == 0, (arguments, capsys.readouterr())
 
 

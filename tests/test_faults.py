@@ -78,9 +78,12 @@ def test_a_full_disk_is_said_and_leaves_nothing(tmp_path):
     place.mkdir()
     inside = f'"{sys.executable}" -m fivebar {" ".join(FULL)} {place}/run; echo "code $?"; ls -A {place}/run'
     run = subprocess.run(
-        ["bwrap", "--dev-bind", "/", "/", "--size", "8192", "--tmpfs", place, "sh", "-c", inside], cwd=ROOT, text=True,
-        capture_output=True, timeout=60,
-    )  # fmt: skip
+        ["bwrap", "--dev-bind", "/", "/", "--size", "8192", "--tmpfs", place, "sh", "-c", inside],
+        cwd=ROOT,
+        text=True,
+        capture_output=True,
+        timeout=60,
+    )
     assert "run.csv: No space left on device" in run.stderr and "Traceback" not in run.stderr, (
         run.stderr
     )
@@ -101,9 +104,12 @@ def test_a_folder_that_may_not_be_written(tmp_path):
     need("bubblewrap")
     inside = f'"{sys.executable}" -m fivebar {" ".join(FULL)} {tmp_path}/run'
     run = subprocess.run(
-        ["bwrap", "--dev-bind", "/", "/", "--ro-bind", tmp_path, tmp_path, "sh", "-c", inside], cwd=ROOT, text=True,
-        capture_output=True, timeout=60,
-    )  # fmt: skip
+        ["bwrap", "--dev-bind", "/", "/", "--ro-bind", tmp_path, tmp_path, "sh", "-c", inside],
+        cwd=ROOT,
+        text=True,
+        capture_output=True,
+        timeout=60,
+    )
     assert run.returncode == 1 and "Read-only" in run.stderr and "Traceback" not in run.stderr, (
         run.stderr
     )
@@ -112,9 +118,10 @@ def test_a_folder_that_may_not_be_written(tmp_path):
 # Two at once
 
 INTO = {
-    "chart": ["chart", "geometry", "--quick"], "sweep": ["sweep", "bars", "--grid", "l1=0.1:0.2:3"],
+    "chart": ["chart", "geometry", "--quick"],
+    "sweep": ["sweep", "bars", "--grid", "l1=0.1:0.2:3"],
     "grading": ["grade", "lab1", str(ROOT / "tests/data/hand_ins")],
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("what", INTO)
@@ -266,14 +273,42 @@ def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
     draw = random.Random(2)
     with_files(tmp_path)
     commands = [
-        ["map", "--out", "a.png"], ["track", "--case", "task-1", "--out", "b"],
-        ["plan", "--from", "0.09", "0.068", "--to", "0.08", "0.075", "--duration", "0.5", "--out", "d"],
-        [*FULL, "c"], *SAME, ["draw", "path.csv", "--out", "e"],
-        ["design", "workspace_area", "bars", "--bound", "l1=0.05:0.3", "--bound", "l2=0.05:0.3", "--out", "f"],
-        ["chart", "chip", "--quick", "--out", "g"], ["study", "ladder", "--robots", "lab", "--out", "h"],
+        ["map", "--out", "a.png"],
+        ["track", "--case", "task-1", "--out", "b"],
+        [
+            "plan",
+            "--from",
+            "0.09",
+            "0.068",
+            "--to",
+            "0.08",
+            "0.075",
+            "--duration",
+            "0.5",
+            "--out",
+            "d",
+        ],
+        [*FULL, "c"],
+        *SAME,
+        ["draw", "path.csv", "--out", "e"],
+        [
+            "design",
+            "workspace_area",
+            "bars",
+            "--bound",
+            "l1=0.05:0.3",
+            "--bound",
+            "l2=0.05:0.3",
+            "--out",
+            "f",
+        ],
+        ["chart", "chip", "--quick", "--out", "g"],
+        ["study", "ladder", "--robots", "lab", "--out", "h"],
         ["sweep", "dexterous_area", "--grid", "l1=0.1:0.2:40", "--workers", "2", "--out", "i"],
-        [*INTO["grading"], "--jobs", "2", "--out", "j"], ["export", "--format", "mjcf", "--out", "l"], ["calibrate", "poses.csv", "--profile", "--out", "k"],
-    ]  # fmt: skip
+        [*INTO["grading"], "--jobs", "2", "--out", "j"],
+        ["export", "--format", "mjcf", "--out", "l"],
+        ["calibrate", "poses.csv", "--profile", "--out", "k"],
+    ]
     for k in range(ROUNDS):
         with python(
             ["-m", "fivebar"],

@@ -134,9 +134,20 @@ def holes(thing, depth=0):
 
 # An empty cell, as measured, or judged row by row.
 MAY_HOLD_NAN = {
-    "Run", "from_log", "Map", "Study", "chart", "partial", "columns", "kept result", "designs.csv", "designs.npz",
-    "Sweep.json", "Sweep.npz", "measured rows",
-}  # fmt: skip
+    "Run",
+    "from_log",
+    "Map",
+    "Study",
+    "chart",
+    "partial",
+    "columns",
+    "kept result",
+    "designs.csv",
+    "designs.npz",
+    "Sweep.json",
+    "Sweep.npz",
+    "measured rows",
+}
 
 
 @pytest.mark.deep
@@ -183,9 +194,11 @@ def test_any_file_is_read_or_refused_with_its_name(name, record_property):
 
     try:
         with (
-            tempfile.TemporaryDirectory(dir=MEMORY) as folder, tempfile.TemporaryFile(dir=MEMORY) as out, _printed(out),
+            tempfile.TemporaryDirectory(dir=MEMORY) as folder,
+            tempfile.TemporaryFile(dir=MEMORY) as out,
+            _printed(out),
             warnings.catch_warnings(),
-        ):  # fmt: skip
+        ):
             warnings.simplefilter("error")
             fuzzed(folder, out)
     finally:

@@ -50,8 +50,14 @@ def dotted(path):
 
 
 READ = (
-    ast.Import, ast.ImportFrom, ast.Name, ast.Attribute, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef,
-)  # fmt: skip
+    ast.Import,
+    ast.ImportFrom,
+    ast.Name,
+    ast.Attribute,
+    ast.FunctionDef,
+    ast.AsyncFunctionDef,
+    ast.ClassDef,
+)
 
 
 @cache

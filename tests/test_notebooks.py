@@ -28,8 +28,11 @@ INSTALL = """import importlib.util
 if importlib.util.find_spec("fivebar") is None:
     %pip install -q ..  # the clone that this notebook is in"""
 EXTRAS = {"15_drawing": '"..[draw,certify]"', "17_gradients": '"..[jax]"'}  # in place of ..
-FETCHED = re.compile(r"""(?:\b(?:src|href|action)\s*=\s*["']?|url\(\s*["']?|@import\s+["']?|\bimport\s*\(?\s*["'])"""
-                     r"""\s*(?:https?:)?//""", re.IGNORECASE)  # fmt: skip
+FETCHED = re.compile(
+    r"""(?:\b(?:src|href|action)\s*=\s*["']?|url\(\s*["']?|@import\s+["']?|\bimport\s*\(?\s*["'])"""
+    r"""\s*(?:https?:)?//""",
+    re.IGNORECASE,
+)
 
 SHOW = re.compile(r"view\.scene\(|^fb\.play\(|^\w+\.page\(", re.MULTILINE)  # what shows itself
 BOKEH = (Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js").read_text(

@@ -19,8 +19,19 @@ from tests.helpers.odd_cases import CASES, parameters_missed, public_names
 NIGHTLY = bool(os.environ.get("FIVEBAR_NIGHTLY"))
 CALLS, SECONDS, NIGHT = (10_000, 60.0, 60.0) if NIGHTLY else (80, 3.0, 60.0)
 # Of these a few calls take more than half a second.
-SLOW = ("place", "exciting_trajectory", "calibrate", "aspect", "largest_rectangle", "identify", "dexterous",
-        "largest_disc", "measurement_poses", "design", "plan")  # fmt: skip
+SLOW = (
+    "place",
+    "exciting_trajectory",
+    "calibrate",
+    "aspect",
+    "largest_rectangle",
+    "identify",
+    "dexterous",
+    "largest_disc",
+    "measurement_poses",
+    "design",
+    "plan",
+)
 NAMES = [pytest.param(name, marks=pytest.mark.deep) if name in SLOW else name for name in CASES]
 MEMORY = 4 * 2**30  # bytes that a call may take
 

@@ -25,9 +25,14 @@ PINS = (
 OLDEST = dict(pin.split("==") for pin in PINS if pin)
 # What the guide calls a licence, and what of it is in a package's own metadata.
 LICENCES = {
-    "BSD": "BSD", "MIT": "MIT", "PSF": "Python Software Foundation", "MPL": "MPL", "Apache": "Apache",
-    "LGPL": "LGPL|Lesser", "Own terms": "Various|EXUDYN",
-}  # fmt: skip
+    "BSD": "BSD",
+    "MIT": "MIT",
+    "PSF": "Python Software Foundation",
+    "MPL": "MPL",
+    "Apache": "Apache",
+    "LGPL": "LGPL|Lesser",
+    "Own terms": "Various|EXUDYN",
+}
 
 
 def name_of(requirement):
@@ -78,8 +83,11 @@ def test_a_wheel_holds_what_is_tracked_and_the_sdists_is_the_same(built):
     wanted = {
         str(path.relative_to(source)) for path in (source / "fivebar").rglob("*") if path.is_file()
     }
-    wanted |= {f"fivebar/_labs/{path.relative_to(source / 'labs')}" for path in (source / "labs").rglob("*")
-               if path.is_file() and not path.name.startswith(".")}  # fmt: skip
+    wanted |= {
+        f"fivebar/_labs/{path.relative_to(source / 'labs')}"
+        for path in (source / "labs").rglob("*")
+        if path.is_file() and not path.name.startswith(".")
+    }
     own = {name for name in wheel if not name.startswith("fivebar-")}
     assert own == wanted
     assert {name.rpartition(".")[2] for name in own} >= {"py", "html", "css", "js", "md"}

@@ -22,16 +22,21 @@ NIGHTLY = 50 if os.environ.get("FIVEBAR_NIGHTLY") else 1
 def story(machine, examples, steps):
     test = machine.TestCase
     test.settings = settings(
-        max_examples=examples * NIGHTLY, stateful_step_count=steps, deadline=None, database=None,
-        suppress_health_check=list(HealthCheck), derandomize=NIGHTLY == 1,
-    )  # fmt: skip
+        max_examples=examples * NIGHTLY,
+        stateful_step_count=steps,
+        deadline=None,
+        database=None,
+        suppress_health_check=list(HealthCheck),
+        derandomize=NIGHTLY == 1,
+    )
     return test
 
 
 ROBOT, BIGLIDE = fb.FiveBar(), fb.Biglide()
 LINES = {
-    ROBOT: fb.line((0.09, 0.068), (0.08, 0.075), 0.05), BIGLIDE: fb.line((0.0, 0.2), (0.01, 0.21), 0.05),
-}  # fmt: skip
+    ROBOT: fb.line((0.09, 0.068), (0.08, 0.075), 0.05),
+    BIGLIDE: fb.line((0.0, 0.2), (0.01, 0.21), 0.05),
+}
 LAWS = {
     robot: [
         fb.ComputedTorque(robot, 100, 20),
@@ -41,12 +46,16 @@ LAWS = {
     for robot in LINES
 }
 OPTIONS = {
-    "control_period": [0.01, 0.005, 0.02, 0.0, -1.0, 0.0101, np.nan], "step": [0.001, 0.0005, 0.01, 0.0, 1.0],
-    "torque_limit": [0.01, (0.02, 0.01), 1e3, 0.0, -1.0, np.inf], "delay": [0, 1, 3, -1, 0.5],
-    "encoder_resolution": [1e-4, (1e-3, 1e-4), 0.0, "x"], "chart": ["auto", "joint", "task", "bars", "other"],
-    "method": ["rk4", "dop853", None, "euler"], "tolerance": [1e-9, 1e-6, 0.0, None],
+    "control_period": [0.01, 0.005, 0.02, 0.0, -1.0, 0.0101, np.nan],
+    "step": [0.001, 0.0005, 0.01, 0.0, 1.0],
+    "torque_limit": [0.01, (0.02, 0.01), 1e3, 0.0, -1.0, np.inf],
+    "delay": [0, 1, 3, -1, 0.5],
+    "encoder_resolution": [1e-4, (1e-3, 1e-4), 0.0, "x"],
+    "chart": ["auto", "joint", "task", "bars", "other"],
+    "method": ["rk4", "dop853", None, "euler"],
+    "tolerance": [1e-9, 1e-6, 0.0, None],
     "duration": [0.02, 0.05, 0.0, -1.0],
-}  # fmt: skip
+}
 
 
 GROUPS = {

@@ -62,11 +62,19 @@ def runs(draw):
     modes = st.tuples(*[st.sampled_from([-1, 0, 1])] * 3)
     events = st.tuples(FINITE, st.sampled_from(fb.Singularity), st.text(), modes, modes)
     return fb.Run(
-        robot, t, columns(2), columns(2), columns(2), tau, columns(0), control=control,
-        xi_ref=draw(st.one_of(st.none(), st.just(columns(2)))), torque_limit=draw(st.one_of(st.none(), FINITE)),
+        robot,
+        t,
+        columns(2),
+        columns(2),
+        columns(2),
+        tau,
+        columns(0),
+        control=control,
+        xi_ref=draw(st.one_of(st.none(), st.just(columns(2)))),
+        torque_limit=draw(st.one_of(st.none(), FINITE)),
         events=tuple(Event(*e) for e in draw(st.lists(events, max_size=2))),
         step_error=draw(st.one_of(st.none(), FINITE)),
-    )  # fmt: skip
+    )
 
 
 def again(thing, kind, *others):
@@ -253,9 +261,11 @@ def text_of(thing):
 def readers(plan):
     path = "t,x,y\n" + "".join(f"{k / 9!r},{k * 0.01!r},0.1\n" for k in range(10))
     return {
-        "trajectory": (fb.from_csv, path), "run": (fb.Run.from_csv, text_of(RUN)),
-        "plan": (fb.Plan.from_csv, text_of(plan)), "study": (Study.from_csv, text_of(STUDY)),
-    }  # fmt: skip
+        "trajectory": (fb.from_csv, path),
+        "run": (fb.Run.from_csv, text_of(RUN)),
+        "plan": (fb.Plan.from_csv, text_of(plan)),
+        "study": (Study.from_csv, text_of(STUDY)),
+    }
 
 
 @pytest.mark.deep

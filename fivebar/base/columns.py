@@ -22,38 +22,16 @@ from .backend import HUGE, real_numbers
 from .checks import shown
 from .tables import TextFile, arrays_in, whole_text
 
-SECONDS = {
-    "s": 1.0,
-    "ms": 1e-3,
-    "us": 1e-6,
-    "ns": 1e-9,
-    "min": 60.0,
-}
-METRES = {
-    "m": 1.0,
-    "mm": 1e-3,
-    "cm": 1e-2,
-    "um": 1e-6,
-    "in": 0.0254,
-}
-RADIANS = {
-    "rad": 1.0,
-    "deg": math.pi / 180,
-    "mrad": 1e-3,
-    "rev": 2 * math.pi,
-}
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254}
+RADIANS = {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3, "rev": 2 * math.pi}
 RADIANS_PER_SECOND = {
     "rad/s": 1.0,
     "deg/s": math.pi / 180,
     "rpm": math.pi / 30,
     "rev/s": 2 * math.pi,
 }
-NEWTON_METRES = {
-    "nm": 1.0,
-    "mnm": 1e-3,
-    "ncm": 1e-2,
-    "kgcm": 0.0980665,
-}
+NEWTON_METRES = {"nm": 1.0, "mnm": 1e-3, "ncm": 1e-2, "kgcm": 0.0980665}
 COUNTS = {"counts": 1.0}
 NO_UNIT = {"1": 1.0}
 
@@ -97,18 +75,7 @@ class Quantity:
 
 
 TIME = Quantity(
-    (
-        "time",
-        "times",
-        "timestamp",
-        "stamp",
-        "seconds",
-        "temps",
-        "zeit",
-        "tiempo",
-        "tempo",
-    ),
-    SECONDS,
+    ("time", "times", "timestamp", "stamp", "seconds", "temps", "zeit", "tiempo", "tempo"), SECONDS
 )
 
 
@@ -257,14 +224,7 @@ def _from_arrays(arrays, wanted, units, name):
     values = {key: np.broadcast_to(column, n).copy() for key, column in values.items()}
     rows = np.arange(1, n + 1)
     _refuse_huge(values, rows, name, "row")
-    return Columns(
-        name,
-        values,
-        rows,
-        (),
-        frozenset(units) & frozenset(values),
-        "row",
-    )
+    return Columns(name, values, rows, (), frozenset(units) & frozenset(values), "row")
 
 
 def _from_text(file, wanted, units):
@@ -279,12 +239,7 @@ def _from_text(file, wanted, units):
     comments = [(n, line.lstrip("#% ")) for n, line in above if line.startswith(("#", "%"))]
     first = rows[0][1]
     if any(map(_is_number, first.split(_delimiter(first)))):
-        if not comments or all(
-            map(
-                _is_number,
-                re.split(r"[;,\t| ]+", comments[-1][1]),
-            )
-        ):
+        if not comments or all(map(_is_number, re.split(r"[;,\t| ]+", comments[-1][1]))):
             raise ValueError(
                 f"{name}, line {rows[0][0]}: no header, but numbers; needed one with"
                 f" {', '.join(wanted)}"
@@ -294,11 +249,7 @@ def _from_text(file, wanted, units):
     delimiter = _delimiter(header)
     headings = [cell.strip() for cell in _cells(header, delimiter, f"{name}, line {top}")]
     if rows:
-        cells = _cells(
-            rows[0][1],
-            delimiter,
-            f"{name}, line {rows[0][0]}",
-        )
+        cells = _cells(rows[0][1], delimiter, f"{name}, line {rows[0][0]}")
         if row_of_units := _row_of_units(cells, wanted, len(headings)):
             headings = [
                 f"{heading} [{unit}]" if unit else heading
@@ -347,13 +298,7 @@ def _cells(line, delimiter, where):
     if delimiter is None:
         return line.split()
     try:
-        return next(
-            csv.reader(
-                [line],
-                delimiter=delimiter,
-                skipinitialspace=True,
-            )
-        )
+        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except csv.Error as error:
         raise ValueError(f"{where}: {error}: {line[:40]!r}...") from None
 
@@ -401,10 +346,7 @@ def _column_and_unit(heading, wanted, names, where):
         return names[_plain(heading)], None
     bracket = re.fullmatch(r"(.*?)\s*[(\[{<]\s*(.*?)\s*[)\]}>]", heading)
     if bracket and _plain(bracket[1]) in names:
-        key, unit = (
-            names[_plain(bracket[1])],
-            _unit(bracket[2]),
-        )
+        key, unit = (names[_plain(bracket[1])], _unit(bracket[2]))
         if unit in wanted[key].units:
             return key, unit
         if unit in ("", "-"):
@@ -413,13 +355,7 @@ def _column_and_unit(heading, wanted, names, where):
         raise ValueError(f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}")
     for separator in re.finditer(r"[\s_/,]+", heading):
         key = names.get(_plain(heading[: separator.start()]))
-        unit = _unit(
-            re.sub(
-                r"^in\s+(?=\w)",
-                "",
-                heading[separator.end() :],
-            )
-        )
+        unit = _unit(re.sub(r"^in\s+(?=\w)", "", heading[separator.end() :]))
         if key and unit in wanted[key].units:
             return key, unit
     return None, None
@@ -461,11 +397,7 @@ def _numbers(rows, delimiter, width, places, name):
     even = delimiter is None or all(line.count(delimiter) == width - 1 for line in lines)
     try:  # all at once; cells that are wrong or missing are looked for below
         table = np.loadtxt(
-            lines,
-            delimiter=delimiter,
-            usecols=list(places.values()),
-            comments=None,
-            ndmin=2,
+            lines, delimiter=delimiter, usecols=list(places.values()), comments=None, ndmin=2
         )
         if even and np.isfinite(table).all():
             return table, comma

@@ -291,18 +291,9 @@ def read_manifest(folder: Path, kind: str) -> dict:
 def write_chunk(folder: Path, number: int, chunk: Chunk) -> None:
     """Write one chunk; the same bytes whenever it is written."""
     places = np.array([k for k, _ in chunk.errors], dtype=np.int64)
-    texts = np.frombuffer(
-        json.dumps([text for _, text in chunk.errors]).encode(),
-        dtype=np.uint8,
-    )
+    texts = np.frombuffer(json.dumps([text for _, text in chunk.errors]).encode(), dtype=np.uint8)
     with written(shard(folder, number), binary=True) as out:
-        np.savez(
-            out,
-            designs=chunk.rows,
-            values=chunk.values,
-            error_at=places,
-            error_text=texts,
-        )
+        np.savez(out, designs=chunk.rows, values=chunk.values, error_at=places, error_text=texts)
 
 
 def read_chunk(path: Path, kind: str) -> Chunk:
@@ -316,11 +307,7 @@ def read_chunk(path: Path, kind: str) -> Chunk:
                 raise ValueError(f"{name} of shape {array.shape}, {array.dtype}")
         if places.dtype.kind != "i" or places.shape != (len(texts),):
             raise ValueError("its errors are not one a row")
-        return Chunk(
-            rows,
-            values,
-            list(zip(places.tolist(), texts)),
-        )
+        return Chunk(rows, values, list(zip(places.tolist(), texts)))
     except (*STRANGE, OSError) as error:
         raise ValueError(
             f"{path} is no chunk of a {kind}, or not whole ({type(error).__name__}: {error}):"

@@ -11,12 +11,7 @@ import json
 import math
 import os
 import re
-from collections.abc import (
-    Callable,
-    Iterable,
-    Iterator,
-    Sequence,
-)
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from io import StringIO
@@ -45,13 +40,7 @@ STRANGE = (
 DPI = 200  # of pictures
 _NUMBERS = count()  # of files being written: threads may write one at the same time
 _PART = re.compile(r"\..{1,40}\.\d+-\d+\.part(\.\w+)?", re.DOTALL)
-FULL = (
-    errno.ENOSPC,
-    errno.EDQUOT,
-    errno.EFBIG,
-    errno.EIO,
-    errno.EROFS,
-)
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
 WORDS = 120  # letters of a file's own that a message repeats
 
 
@@ -79,11 +68,7 @@ def file_or_path(file: TextFile | BinaryFile, does: str) -> Any:
             f"to {does}, a path (str or os.PathLike) or an open file is needed, not {file!r}"
         )
     if isinstance(file, (str, os.PathLike)) and "\0" in os.fsdecode(file):
-        raise OSError(
-            errno.EINVAL,
-            "no file's name has a zero byte in it",
-            os.fspath(file),
-        )
+        raise OSError(errno.EINVAL, "no file's name has a zero byte in it", os.fspath(file))
     return file
 
 
@@ -193,10 +178,7 @@ def replaced(file: FilePath, end: str = "") -> Iterator[str]:
     part = (
         path
         if direct
-        else os.path.join(
-            place,
-            f".{name[:40]}.{os.getpid()}-{next(_NUMBERS)}.part{end}",
-        )
+        else os.path.join(place, f".{name[:40]}.{os.getpid()}-{next(_NUMBERS)}.part{end}")
     )
     try:
         yield part
@@ -257,12 +239,7 @@ class Table:
         except csv.Error as error:
             raise self.error(f"not a row of a CSV file: {error}") from None
 
-    def about(
-        self,
-        kind: str,
-        what: str,
-        parse: Callable[[Any], Any] = lambda about: about,
-    ) -> Any:
+    def about(self, kind: str, what: str, parse: Callable[[Any], Any] = lambda about: about) -> Any:
         """Return what `parse` makes of the JSON in the first line, which must be of this kind.
 
         `what` is the file expected, for messages.

@@ -9,15 +9,7 @@ import math
 from argparse import _SubParsersAction
 
 from ..base.errors import UsageError
-from .options import (
-    JSON,
-    WORKING,
-    add_options,
-    number,
-    print_json,
-    print_notes,
-    usage_errors,
-)
+from .options import JSON, WORKING, add_options, number, print_json, print_notes, usage_errors
 from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = JSON | {

@@ -10,14 +10,7 @@ from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from .options import JSON, add_options, check_ending, parse_values, print_json
 from .robot_options import add_robot_options, chosen_robot
-from .task_options import (
-    add_task_options,
-    by_option,
-    chosen_task,
-    figure_list,
-    figure_of,
-    interval,
-)
+from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of, interval
 
 OPTIONS = JSON | {
     "--list": "list the figures and their units",

@@ -22,10 +22,7 @@ WORKING = "--working -1|1 -1|1"
 
 
 def add_options(
-    parser: Any,
-    options: Mapping[str, Any],
-    title: str | None = None,
-    words: str | None = None,
+    parser: Any, options: Mapping[str, Any], title: str | None = None, words: str | None = None
 ) -> None:
     """Add options {usage: help, or (default, help)}; with a title as a group of their own.
 

@@ -12,14 +12,7 @@ import numpy as np
 from ..base.errors import UsageError
 from .options import JSON, add_options, check_ending, parse_values, print_json, used_options
 from .robot_options import add_robot_options, chosen_robot
-from .task_options import (
-    add_task_options,
-    by_option,
-    chosen_task,
-    figure_list,
-    figure_of,
-    interval,
-)
+from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of, interval
 
 DESIGNS = {
     "--grid NAME=LOW:HIGH:COUNT ...": "all combinations",

@@ -70,11 +70,7 @@ def facing(arcs: Iterable[LocusArc], allowed: Callable, size: float) -> list[Loc
             low = np.where(same, middle, low)
             high = np.where(same, high, middle)
         middle = (low + high) / 2
-        cuts = [
-            s[0],
-            *middle,
-            s[-1],
-        ]
+        cuts = [s[0], *middle, s[-1]]
         states = state[np.append(k, -1)]
         for start, end, (left, right) in zip(cuts, cuts[1:], states):
             if left == right or start == end:
@@ -90,10 +86,7 @@ def _sides(arc, s, off, allowed):
     """Return whether the points on the left and on the right of an arc are allowed, (n, 2)."""
     z, tangent = arc.curve(s)
     across = off * 1j * tangent / np.abs(tangent)
-    return np.stack(
-        [allowed(z + across), allowed(z - across)],
-        axis=-1,
-    )
+    return np.stack([allowed(z + across), allowed(z - across)], axis=-1)
 
 
 def satisfied_at(robot: FiveBar, working: tuple[int, int], constraints: Constraints) -> Callable:
@@ -112,10 +105,7 @@ def _of_lines(robot, constraints) -> Iterator[Locus]:
         foot = c * complex(a, b)
         if abs(foot) < reach:
             half = reach * complex(-b, a)
-            yield _line(
-                foot - half,
-                foot + half,
-            )
+            yield _line(foot - half, foot + half)
     if constraints.region:
         corners = np.array(constraints.region) @ (1, 1j)
         ends = np.roll(corners, -1)
@@ -129,16 +119,7 @@ def _line(a, b):
 
     ends = np.array([0.0, 1.0])
     points = pairs(curve(ends)[0])
-    return Locus(
-        Singularity.NONE,
-        "line",
-        (),
-        (),
-        points,
-        ends,
-        False,
-        curve,
-    )
+    return Locus(Singularity.NONE, "line", (), (), points, ends, False, curve)
 
 
 def _of_joints(robot, working, constraints) -> Iterator[Locus]:
@@ -156,12 +137,7 @@ def _of_joints(robot, working, constraints) -> Iterator[Locus]:
 
             span = np.array([q, q - working[leg] * np.pi])
             label = Singularity.NONE, "joint limit", (working,), ()
-            yield from pieces_of(
-                curve,
-                np.sort(span),
-                [label],
-                size_of(robot),
-            )
+            yield from pieces_of(curve, np.sort(span), [label], size_of(robot))
 
 
 def _of_bars(robot, working, constraints) -> list[Locus]:
@@ -203,25 +179,12 @@ def _polyline(points):
     """Return a curve of chords through points (n,)."""
 
     def curve(s):
-        k = np.clip(
-            np.floor(s).astype(int),
-            0,
-            len(points) - 2,
-        )
+        k = np.clip(np.floor(s).astype(int), 0, len(points) - 2)
         chord = points[k + 1] - points[k]
         return points[k] + (s - k) * chord, chord
 
     s = np.arange(len(points), dtype=float)
-    return Locus(
-        Singularity.NONE,
-        TRACED,
-        (),
-        (),
-        pairs(points),
-        s,
-        False,
-        curve,
-    )
+    return Locus(Singularity.NONE, TRACED, (), (), pairs(points), s, False, curve)
 
 
 def _put(clearance, z, across):

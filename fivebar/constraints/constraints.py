@@ -15,11 +15,7 @@ from ..base.checks import instance, named_functions, not_negative, number, share
 from ..base.representation import one_line
 from ..models.geometry import Pose
 from ..models.motors import Motor, both_motors
-from .link_collisions import (
-    LinkCollisions,
-    point_segment_distance,
-    segment_distance,
-)
+from .link_collisions import LinkCollisions, point_segment_distance, segment_distance
 
 PER_JOINT = "motors", "torque", "joint_speed", "joint_acceleration"
 OF_END_EFFECTOR = "speed", "acceleration", "jerk"
@@ -100,10 +96,7 @@ class Constraints:
             object.__setattr__(self, "torque", least)
 
     def __repr__(self) -> str:
-        return one_line(
-            "Constraints",
-            *(f"{name} {self._shown(name)}" for name in self.named),
-        )
+        return one_line("Constraints", *(f"{name} {self._shown(name)}" for name in self.named))
 
     def _shown(self, name):
         value = getattr(self, name)
@@ -212,14 +205,7 @@ class Constraints:
         inwards = 1j * np.sign(turns.sum())
         normals = inwards * sides / np.abs(sides)
         offsets = (normals.conj() * corners).real
-        planes = np.stack(
-            [
-                normals.real,
-                normals.imag,
-                offsets,
-            ],
-            axis=1,
-        )
+        planes = np.stack([normals.real, normals.imag, offsets], axis=1)
         return planes.tolist()
 
     def satisfied(self, pose: Pose) -> np.ndarray:
@@ -234,10 +220,7 @@ class Constraints:
 
 def at_joints(motors: tuple[Motor, Motor]) -> tuple[tuple, tuple]:
     """Return both motors' torques at rest and speeds without load, at the joints."""
-    return (
-        tuple(motor.stall for motor in motors),
-        tuple(motor.speed for motor in motors),
-    )
+    return (tuple(motor.stall for motor in motors), tuple(motor.speed for motor in motors))
 
 
 def refuse_others(constraints: Constraints | None, function: str, kept: Sequence[str]) -> None:
@@ -259,11 +242,7 @@ def distance_inside(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
     start = corners
     end = np.roll(corners, -1)
     point = np.asarray(z)[..., None]
-    distances = point_segment_distance(
-        point,
-        start,
-        end,
-    )
+    distances = point_segment_distance(point, start, end)
     distance = distances.min(axis=-1)
     # A point is inside if a ray along x meets an odd number of sides.
     side = end - start
@@ -274,11 +253,7 @@ def distance_inside(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
         x = start.real + share * side.real
     meets = (starts_above != ends_above) & (x > point.real)
     inside = meets.sum(axis=-1) % 2 == 1
-    return np.where(
-        inside,
-        distance,
-        -distance,
-    )
+    return np.where(inside, distance, -distance)
 
 
 def _range_clearance(limits, q, turns):
@@ -313,10 +288,7 @@ def _joints(joints, name):
     if not isinstance(joints, tuple | list) or len(joints) != 2:
         raise ValueError(f"{name} must be two ranges (low, high) or None, not {shown(joints)}")
     left, right = joints
-    return (
-        _range(left, f"{name} of q11"),
-        _range(right, f"{name} of q21"),
-    )
+    return (_range(left, f"{name} of q11"), _range(right, f"{name} of q21"))
 
 
 def _range(limits, name):
@@ -366,12 +338,7 @@ def _polygon(region, name):
         raise ValueError(f"{name} has the same corner twice in a row")
     for k in range(len(z)):
         for m in range(k + 2, len(z) - (k == 0)):
-            distance = segment_distance(
-                z[k],
-                ends[k],
-                z[m],
-                ends[m],
-            )
+            distance = segment_distance(z[k], ends[k], z[m], ends[m])
             if distance <= 0:
                 raise ValueError(f"Constraints: sides {k + 1} and {m + 1} of the region meet")
     return tuple(map(tuple, corners.tolist()))

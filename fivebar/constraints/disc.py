@@ -49,12 +49,7 @@ def bounded_by(aspect: Aspect, constraints: Constraints | None) -> Aspect:
     if constraints is None or not set(constraints.named) & set(ON_POSES):
         return aspect
     place = aspect.robot, aspect.working, constraints
-    return as_kind(
-        BoundedAspect,
-        aspect,
-        tuple(boundaries(*place)),
-        satisfied_at(*place),
-    )
+    return as_kind(BoundedAspect, aspect, tuple(boundaries(*place)), satisfied_at(*place))
 
 
 @takes(aspect=instance(Aspect), constraints=optional(instance(Constraints)))
@@ -97,11 +92,7 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
     if isinstance(aspect, BoundedAspect):
         limits = {"walls": aspect.walls, "allowed": aspect.allowed}
     candidates = points_of_largest_clearance(
-        aspect.boundary,
-        punctures(aspect),
-        aspect.area,
-        CANDIDATES,
-        **limits,
+        aspect.boundary, punctures(aspect), aspect.area, CANDIDATES, **limits
     )
     best = 0j
     clearance = 0.0
@@ -117,10 +108,7 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
         clearance = _largest_kept_radius(aspect, best, clearance)
     if clearance <= margin:
         raise ValueError(too_narrow(aspect, "disc", margin, clearance))
-    return Disc(
-        np.array([best.real, best.imag]),
-        clearance - margin,
-    )
+    return Disc(np.array([best.real, best.imag]), clearance - margin)
 
 
 def _largest_kept_radius(aspect, z, clearance):
@@ -150,12 +138,7 @@ def _largest_kept_radius(aspect, z, clearance):
     return float(low)
 
 
-def too_narrow(
-    aspect: Aspect,
-    shape: str,
-    margin: float,
-    clearance: float,
-) -> str:
+def too_narrow(aspect: Aspect, shape: str, margin: float, clearance: float) -> str:
     return (
         f"no {shape} in aspect {aspect.number} keeps a clearance of {margin:g} m: its largest"
         f" clearance is {clearance:.6g} m"
@@ -168,10 +151,7 @@ def punctures(aspect: Aspect) -> np.ndarray:
 
 def arcs_of(aspect: Aspect) -> list[LocusArc]:
     """Return all arcs that bound an aspect, those of constraints too."""
-    return [
-        *(arc for loop in aspect.boundary for arc in loop),
-        *getattr(aspect, "walls", ()),
-    ]
+    return [*(arc for loop in aspect.boundary for arc in loop), *getattr(aspect, "walls", ())]
 
 
 def clearance_at(aspect: Aspect, z: complex) -> float:
@@ -202,11 +182,7 @@ def _polished(aspect, z):
         feet = _feet(aspect, z, 1.2 * clearance)
         proposals = []
         for chosen in [*combinations(feet, 2), *combinations(feet, 3)]:
-            p = _equidistant(
-                z,
-                clearance,
-                [foot[1:] for foot in chosen],
-            )
+            p = _equidistant(z, clearance, [foot[1:] for foot in chosen])
             if abs(p - z) < clearance:
                 proposals.append((np.abs(samples - p).min(), p))
         for bound, p in sorted(proposals, key=lambda proposal: -proposal[0]):
@@ -270,14 +246,7 @@ def _equidistant(z, clearance, feet):
             residuals.append(turn / clearance)
         return np.array(residuals)
 
-    v = np.array(
-        [
-            z.real,
-            z.imag,
-            clearance,
-            *(feet[k][1] for k in curves),
-        ]
-    )
+    v = np.array([z.real, z.imag, clearance, *(feet[k][1] for k in curves)])
     steps = 1e-6 * np.ones(3 + len(curves))
     steps[:3] *= clearance
     for _ in range(12):
@@ -286,11 +255,7 @@ def _equidistant(z, clearance, feet):
             change = residual(v + h) - residual(v - h)
             columns.append(change / (2 * step))
         jacobian = np.stack(columns, axis=1)
-        change = np.linalg.lstsq(
-            jacobian,
-            -residual(v),
-            rcond=1e-9,
-        )[0]
+        change = np.linalg.lstsq(jacobian, -residual(v), rcond=1e-9)[0]
         v = v + change
         center = complex(v[0], v[1])
         if not abs(center - z) < clearance:

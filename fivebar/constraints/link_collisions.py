@@ -177,23 +177,13 @@ class LinkCollisions:
         for one, other in self.pairs(pose.robot.d):
             a, b = ends[one]
             c, d = ends[other]
-            first = ca.fmin(
-                distance(a, c, d),
-                distance(b, c, d),
-            )
-            second = ca.fmin(
-                distance(c, a, b),
-                distance(d, a, b),
-            )
+            first = ca.fmin(distance(a, c, d), distance(b, c, d))
+            second = ca.fmin(distance(c, a, b), distance(d, a, b))
             least = ca.fmin(first, second)
             divides = side(a, b, c) * side(a, b, d) < 0
             is_divided = side(c, d, a) * side(c, d, b) < 0
             crosses = ca.logic_and(divides, is_divided)
-            signed = ca.if_else(
-                crosses,
-                -least,
-                least,
-            )
+            signed = ca.if_else(crosses, -least, least)
             clearances.append(signed - half[one] - half[other])
         for k, bar in self.posted(pose.robot.d):
             centre = distance(bases[k], *ends[bar])
@@ -233,20 +223,11 @@ def point_segment_distance(z: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.nd
     way = b - a
     offset = z - a
     projection = (offset * way.conj()).real
-    share = np.clip(
-        projection / np.abs(way) ** 2,
-        0,
-        1,
-    )
+    share = np.clip(projection / np.abs(way) ** 2, 0, 1)
     return np.abs(offset - share * way)
 
 
-def segment_distance(
-    a: np.ndarray,
-    b: np.ndarray,
-    c: np.ndarray,
-    d: np.ndarray,
-) -> np.ndarray:
+def segment_distance(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
     """Return the distance of the segments a to b and c to d, all complex.
 
     Where they cross it is negative, by how far the nearest end is across.

@@ -74,11 +74,7 @@ class Outline:
             cuts = [arc.start, *turns, arc.end]
             for start, end in zip(cuts, cuts[1:]):
                 if start != end:
-                    piece = LocusArc(
-                        arc.locus,
-                        start,
-                        end,
-                    )
+                    piece = LocusArc(arc.locus, start, end)
                     middle = (start + end) / 2
                     inwards = 1j * complex(piece.tangent(middle))
                     side = 0 if inwards.real > 0 else 1
@@ -178,11 +174,7 @@ class Outline:
             # Where links touch, traced arcs end short of the limit of reach: the rim is sampled.
             starts = corners[[0, 1, 3, 2]]
             ends = np.roll(starts, -1)
-            rim = np.linspace(
-                starts,
-                ends,
-                RIM,
-            )
+            rim = np.linspace(starts, ends, RIM)
             if not self.allowed(rim.ravel()).all():
                 return False
         if least == 0:
@@ -190,10 +182,7 @@ class Outline:
         return not any(clearance_at(self.aspect, corner) < least for corner in corners)
 
     def shrunk(
-        self,
-        v: np.ndarray,
-        least: float,
-        inwards: np.ndarray = INWARDS,
+        self, v: np.ndarray, least: float, inwards: np.ndarray = INWARDS
     ) -> np.ndarray | None:
         """Return the rectangle, its borders moved inwards until it keeps the clearance.
 
@@ -221,11 +210,7 @@ class Outline:
                 result.add(k)
         corners = v[CORNERS] @ (1, 1j)
         are_inside = inside(self.aspect.boundary, corners)
-        for sides, corner, is_inside in zip(
-            CORNERS.tolist(),
-            corners,
-            are_inside,
-        ):
+        for sides, corner, is_inside in zip(CORNERS.tolist(), corners, are_inside):
             distance, k = self._nearest_piece(corner, tuple(sides))
             signed = distance if is_inside else -distance
             if k is not None and signed < limit:
@@ -258,12 +243,7 @@ def _turns(arc, part):
     def rising(i, t):
         return sign[i] * part(arc.tangent(t))
 
-    s = rising_zeros(
-        rising,
-        arc.s[k],
-        arc.s[k + 1],
-        np.zeros(len(k)),
-    )
+    s = rising_zeros(rising, arc.s[k], arc.s[k + 1], np.zeros(len(k)))
     at_samples = slope[1:-1] == 0
     return [*s, *arc.s[1:-1][at_samples]]
 
@@ -279,8 +259,4 @@ def rectangle_distance(z: np.ndarray, v: np.ndarray) -> np.ndarray:
     y = np.maximum(below, above)
     # In a corner's quadrant the corner is the nearest point.
     beyond_corner = (x > 0) & (y > 0)
-    return np.where(
-        beyond_corner,
-        np.hypot(x, y),
-        np.maximum(x, y),
-    )
+    return np.where(beyond_corner, np.hypot(x, y), np.maximum(x, y))

@@ -245,13 +245,7 @@ class _Zero:
     touching: bool
 
 
-def _reach(
-    path,
-    drive,
-    bar,
-    limit,
-    outer,
-):
+def _reach(path, drive, bar, limit, outer):
     """Return t -> (margin, rate) of one limit of a leg's reach.
 
     The margin is a difference of squares, so it is smooth through the limit.
@@ -278,22 +272,11 @@ def _parallel(robot, path, modes):
 
     def margin(t):
         xi, velocity, _ = path(t)
-        pose = task_pose(
-            robot,
-            (xi[:, 0], xi[:, 1]),
-            modes,
-        )
+        pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
         velocity = velocity[:, 0], velocity[:, 1]
         # At the limit of reach the bars turn infinitely fast: the rate there only has to have a
         # sign.
-        b = [
-            np.where(
-                b == 0,
-                np.finfo(float).tiny ** 0.5,
-                b,
-            )
-            for b in pose.b
-        ]
+        b = [np.where(b == 0, np.finfo(float).tiny ** 0.5, b) for b in pose.b]
         along = (dot(u, velocity) for u in pose.u2)
         q_dot = tuple(speed / each for speed, each in zip(along, b))
         return cross(*pose.u2), Rates(pose, q_dot, velocity).margin_rates[2]
@@ -301,12 +284,7 @@ def _parallel(robot, path, modes):
     return margin
 
 
-def _zeros(
-    margin: Callable,
-    t: np.ndarray,
-    touch: float,
-    limit: bool = False,
-) -> Iterator[_Zero]:
+def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -> Iterator[_Zero]:
     """Yield the zeros of a margin in order, up to the first that it passes.
 
     limit: the margin ends at 0, so a start below 0, or on 0 and then downwards, is a passage.
@@ -350,14 +328,7 @@ def _zeros(
                 yield _Zero(float(t[nearest]), True)
                 continue
             first = i - 1
-        zero = _zero_between(
-            margin,
-            t[first],
-            t[last],
-            value[first],
-            value[last],
-            touch,
-        )
+        zero = _zero_between(margin, t[first], t[last], value[first], value[last], touch)
         if zero:
             yield zero
             if not zero.touching:
@@ -373,14 +344,7 @@ def _near(t, value, rate):
     return nearest < np.diff(t) * fastest
 
 
-def _zero_between(
-    margin,
-    a,
-    b,
-    at_a,
-    at_b,
-    touch,
-):
+def _zero_between(margin, a, b, at_a, at_b, touch):
     """Return the first zero between two samples; None if there is none.
 
     The margin has different signs there, or a minimum between them.
@@ -389,13 +353,7 @@ def _zero_between(
         rate_a, rate_b = margin(np.array([a, b]))[1]
         lowest = (a + b) / 2
         if rate_a * rate_b < 0:
-            lowest = _root(
-                lambda t: margin(t)[1],
-                a,
-                b,
-                rate_a,
-                rate_b,
-            )
+            lowest = _root(lambda t: margin(t)[1], a, b, rate_a, rate_b)
         value = margin(np.array([lowest]))[0][0]
         if abs(value) <= touch:
             return _Zero(lowest, True)
@@ -403,13 +361,7 @@ def _zero_between(
             return None
         b = lowest
         at_b = value
-    time = _root(
-        lambda t: margin(t)[0],
-        a,
-        b,
-        at_a,
-        at_b,
-    )
+    time = _root(lambda t: margin(t)[0], a, b, at_a, at_b)
     # Else it jumps: a leg of equal bars passes its base joint.
     (value,), _ = margin(np.array([time]))
     if abs(value) < 1e-6:
@@ -417,13 +369,7 @@ def _zero_between(
     return None
 
 
-def _root(
-    f,
-    a,
-    b,
-    at_a,
-    at_b,
-):
+def _root(f, a, b, at_a, at_b):
     """Return a zero of f in [a, b], whose values at both ends have opposite signs."""
 
     def margin(s):
@@ -455,8 +401,7 @@ def _smallest(robot, path, modes, t):
         before = t[max(i - 1, 0)]
         after = t[min(i + 1, SAMPLES - 1)]
         refined = minimize_scalar(
-            lambda s, k=k: margins(np.array([s]))[k, 0],
-            bounds=(before, after),
+            lambda s, k=k: margins(np.array([s]))[k, 0], bounds=(before, after)
         )
         if np.isfinite(refined.fun):
             minima.append((float(refined.fun), float(refined.x)))

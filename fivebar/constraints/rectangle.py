@@ -17,12 +17,7 @@ from ..base.progress import progress
 from ..singularities.aspects import Aspect
 from ..singularities.locus import pairs
 from .constraints import ON_POSES, Constraints, refuse_others
-from .disc import (
-    BoundedAspect,
-    bounded_by,
-    clearance_at,
-    too_narrow,
-)
+from .disc import BoundedAspect, bounded_by, clearance_at, too_narrow
 from .outline import INWARDS, Outline
 
 LEVELS = 64  # of the lower and of the upper border in the search
@@ -86,12 +81,7 @@ def largest_rectangle(
         raise ValueError(f"largest_rectangle: ratio must be from 0.01 to 100, not {ratio:g}")
     aspect = bounded_by(aspect, constraints)
     outline = Outline(aspect, margin)
-    starts = progress(
-        _starts(outline, ratio),
-        desc="rectangle",
-        delay=2,
-        leave=False,
-    )
+    starts = progress(_starts(outline, ratio), desc="rectangle", delay=2, leave=False)
     rectangles = [_fitted(outline, start, ratio) for start in starts]
     rectangles = [v for v in rectangles if v is not None]
     if not rectangles:
@@ -115,17 +105,9 @@ def _area(v):
 
 def _starts(outline, ratio=None):
     """Return borders (4,) of large rectangles between the obstacles, unlike one another."""
-    seeds = progress(
-        outline.seeds,
-        desc="rectangle",
-        delay=2,
-        leave=False,
-    )
+    seeds = progress(outline.seeds, desc="rectangle", delay=2, leave=False)
     rectangles = [_around(outline, seed, ratio) for seed in seeds]
-    order = sorted(
-        range(len(rectangles)),
-        key=lambda k: -_area(rectangles[k]),
-    )
+    order = sorted(range(len(rectangles)), key=lambda k: -_area(rectangles[k]))
     starts = []
     for k in order:
         v = rectangles[k]
@@ -240,10 +222,7 @@ def _fitted(outline, start, ratio=None):
         width = v[1] - v[0]
         height = v[3] - v[2]
         scale = np.repeat([width, height], 2)
-        kept = outline.broken(
-            v - 4 * outline.spacing * INWARDS,
-            0.0,
-        )
+        kept = outline.broken(v - 4 * outline.spacing * INWARDS, 0.0)
         for _ in range(30):
             new = _grown(outline, v, scale, reach, sorted(kept), ratio)
             more = outline.broken(new, 1e-11 * scale.min()) - kept
@@ -266,14 +245,7 @@ def _fitted(outline, start, ratio=None):
     return v
 
 
-def _grown(
-    outline,
-    v,
-    scale,
-    reach,
-    kept,
-    ratio=None,
-):
+def _grown(outline, v, scale, reach, kept, ratio=None):
     """Return borders of the largest rectangle that keeps the clearance from some pieces and ends.
 
     No border moves by more than `reach` times its side, so obstacles are seen before they are
@@ -351,18 +323,8 @@ def _off_end(outline, z, start):
 
     Which side or corner it is depends on the start only.
     """
-    beyond = np.array(
-        [
-            start[0] - z.real,
-            z.real - start[1],
-            start[2] - z.imag,
-            z.imag - start[3],
-        ]
-    )
-    sides = [
-        int(np.argmax(beyond[:2])),
-        2 + int(np.argmax(beyond[2:])),
-    ]
+    beyond = np.array([start[0] - z.real, z.real - start[1], start[2] - z.imag, z.imag - start[3]])
+    sides = [int(np.argmax(beyond[:2])), 2 + int(np.argmax(beyond[2:]))]
     if outline.margin == 0 or min(beyond[sides]) <= 0:
         sides = [max(sides, key=lambda k: beyond[k])]
 

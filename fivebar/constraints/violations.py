@@ -30,11 +30,7 @@ class Broken(NamedTuple):
 
 
 def broken(
-    robot,
-    path: Callable,
-    working: tuple,
-    constraints: Constraints,
-    t: np.ndarray,
+    robot, path: Callable, working: tuple, constraints: Constraints, t: np.ndarray
 ) -> tuple[Broken, ...]:
     """Return the constraints that a path violates from t[0] to t[-1], the first one first.
 
@@ -101,9 +97,4 @@ def _violation(name, clearance, times, lowest):
         else:
             start = before
     worst = int(np.argmin(lowest))
-    return Broken(
-        name,
-        float(start),
-        float(-lowest[worst]),
-        float(times[worst]),
-    )
+    return Broken(name, float(start), float(-lowest[worst]), float(times[worst]))

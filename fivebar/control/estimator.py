@@ -10,14 +10,7 @@ import numpy as np
 from ..base.errors import SingularityError, UnreachableError
 from ..models.charts import halves
 from ..models.compiled import Buffered, compiled
-from ..models.four_joints import (
-    bars_of,
-    bars_pose,
-    closed,
-    closure_columns,
-    gap_rate,
-    loop_gap,
-)
+from ..models.four_joints import bars_of, bars_pose, closed, closure_columns, gap_rate, loop_gap
 from ..models.geometry import dgm
 from ..models.kinematics import dkm
 from ..models.loaded_robot import JointTorques
@@ -26,10 +19,7 @@ from .prediction import CHART, JOINTS, RATES, SIZE, sample
 
 # rad between measured and estimated joints: more is no error of an estimate, but another motion.
 LOST = 0.1
-EXACT = (
-    1e-6,
-    1e-4,
-)  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
+EXACT = (1e-6, 1e-4)  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
 MEASURED = JOINTS + RATES
 
 
@@ -66,13 +56,7 @@ class Estimator:
         self.covariance = np.zeros((SIZE + 2, SIZE + 2))
         self.state = np.zeros(SIZE)
 
-    def follow(
-        self,
-        t: float,
-        tau: np.ndarray,
-        q: np.ndarray,
-        q_dot: np.ndarray,
-    ) -> bool:
+    def follow(self, t: float, tau: np.ndarray, q: np.ndarray, q_dot: np.ndarray) -> bool:
         """Take a sample from time t on in which tau was applied, and after which q, q_dot are
         measured; whether there is an estimate.
 
@@ -80,12 +64,7 @@ class Estimator:
         motion.
         """
         state, disturbance, covariance, margins = self.filter(
-            self.state,
-            self.disturbance,
-            self.covariance,
-            tau,
-            (*q, *q_dot),
-            t,
+            self.state, self.disturbance, self.covariance, tau, (*q, *q_dot), t
         )
         if not (np.isfinite(state).all() and margins[3] < LOST):
             self.disturbance = np.zeros(2)
@@ -108,19 +87,9 @@ class Estimator:
         a, a_dot = bars_of(rates)
         self.state = np.array([*a, *a_dot])
         # What is measured and that the loop is closed, by the state: together they determine it.
-        slope = np.vstack(
-            [
-                np.eye(SIZE)[MEASURED],
-                _closure(self.robot)(self.state).full(),
-            ]
-        )
+        slope = np.vstack([np.eye(SIZE)[MEASURED], _closure(self.robot)(self.state).full()])
         q_noise = max(self.noise[0], EXACT[0])
-        spread = np.linalg.inv(slope)[:, :4] * [
-            q_noise,
-            q_noise,
-            EXACT[1],
-            EXACT[1],
-        ]
+        spread = np.linalg.inv(slope)[:, :4] * [q_noise, q_noise, EXACT[1], EXACT[1]]
         self.covariance = np.diag([0.0] * SIZE + [self.scale**2] * 2)
         self.covariance[:SIZE, :SIZE] = spread @ spread.T
 
@@ -132,11 +101,7 @@ def _closure(robot):
     a, a_dot = halves(x, CHART)
     pose = bars_pose(robot, a)
     gaps = *loop_gap(pose), *gap_rate(closure_columns(pose), a_dot)
-    return ca.Function(
-        "closure",
-        [x],
-        [ca.jacobian(ca.vertcat(*gaps), x)],
-    )
+    return ca.Function("closure", [x], [ca.jacobian(ca.vertcat(*gaps), x)])
 
 
 @lru_cache(maxsize=64)
@@ -155,10 +120,7 @@ def _filter(robot, period, noise, torques):
     seen = ca.SX.sym("seen", 4)
     t = ca.SX.sym("t")
     predicted, A, B = sample(robot, torques)(x, tau + delta, t, period)
-    F = ca.vertcat(
-        ca.horzcat(A, B),
-        ca.horzcat(ca.SX(2, SIZE), ca.SX.eye(2)),
-    )
+    F = ca.vertcat(ca.horzcat(A, B), ca.horzcat(ca.SX(2, SIZE), ca.SX.eye(2)))
     q_noise, rate_noise, torque_noise, walk = noise
     driven = ca.vertcat(B, ca.SX(2, 2))
     # P stays regular where nothing is ever quite certain.
@@ -177,10 +139,5 @@ def _filter(robot, period, noise, torques):
     state = ca.vertcat(*c, *c_dot)
     misfit = ca.norm_inf(robot.joint_difference((seen - state[MEASURED])[:2]))
     margins = ca.vertcat(*rates.pose.sines, rates.pose.det_A, misfit)
-    outputs = [
-        state,
-        delta + correction[SIZE:],
-        ca.densify((P_now + P_now.T) / 2),
-        margins,
-    ]
+    outputs = [state, delta + correction[SIZE:], ca.densify((P_now + P_now.T) / 2), margins]
     return ca.Function("tracker_estimate", [x, delta, P, tau, seen, t], ca.cse(outputs))

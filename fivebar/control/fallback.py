@@ -31,10 +31,7 @@ def free_of_modes(reference: Any) -> bool:
 
 
 def reference_torques(
-    robot: Robot,
-    margins: Sequence[float],
-    reference: Any,
-    times: np.ndarray,
+    robot: Robot, margins: Sequence[float], reference: Any, times: np.ndarray
 ) -> np.ndarray:
     """Return the torques (n, 2), N m, of the reference at n times; 0 where it has none."""
     if free_of_modes(reference):
@@ -47,11 +44,7 @@ def reference_torques(
 
 
 def safe_torque(
-    robot: Robot,
-    inertia: float,
-    margins: Sequence[float],
-    assembly: int,
-    call: tuple,
+    robot: Robot, inertia: float, margins: Sequence[float], assembly: int, call: tuple
 ) -> np.ndarray:
     """Return the torque, N m, of a controller without a horizon.
 

@@ -72,20 +72,10 @@ class _JointController:
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
 
     def __call__(
-        self,
-        t: float,
-        q: np.ndarray,
-        q_dot: np.ndarray,
-        reference: Reference | None,
+        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None
     ) -> np.ndarray:
         target = self.target(t, reference)
-        return self.law(
-            q,
-            q_dot,
-            target.rates.pose.q,
-            target.rates.q_dot,
-            target.q_ddot,
-        )
+        return self.law(q, q_dot, target.rates.pose.q, target.rates.q_dot, target.q_ddot)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,12 +116,7 @@ class PD(_JointController):
     assembly: int = -1
 
     def law(
-        self,
-        q: Vector,
-        q_dot: Vector,
-        q_ref: Vector,
-        q_ref_dot: Vector,
-        q_ref_ddot: Vector,
+        self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector
     ) -> Vector:
         """Return the torques, of numbers or of CasADi symbols."""
         tau = self.robot.joint_difference(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
@@ -170,12 +155,7 @@ class ComputedTorque(_JointController):
     inertial: ClassVar[bool] = True
 
     def law(
-        self,
-        q: Vector,
-        q_dot: Vector,
-        q_ref: Vector,
-        q_ref_dot: Vector,
-        q_ref_ddot: Vector,
+        self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector
     ) -> Vector:
         """Return the torques, of numbers or of CasADi symbols."""
         rates = dkm(dgm(self.robot, q, self.assembly), q_dot)
@@ -183,12 +163,7 @@ class ComputedTorque(_JointController):
 
 
 def computed_torque(
-    rates: Rates,
-    q_ref: Vector,
-    q_ref_dot: Vector,
-    q_ref_ddot: Vector,
-    kp: Vector,
-    kd: Vector,
+    rates: Rates, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector, kp: Vector, kd: Vector
 ) -> Vector:
     """Return the torques of `ComputedTorque.law` at the measured Rates; gains may be symbols."""
     robot = rates.pose.robot
@@ -227,13 +202,7 @@ class FeedForward(_JointController):
 
     ahead: float = 0.005
 
-    def __call__(
-        self,
-        t: float,
-        q: np.ndarray,
-        q_dot: np.ndarray,
-        reference: Any,
-    ) -> np.ndarray:
+    def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Any) -> np.ndarray:
         if reference is None or not hasattr(reference, "tau"):
             raise ValueError(
                 "FeedForward needs a Plan as the reference: another has no torque to feed forward"

@@ -33,10 +33,7 @@ if TYPE_CHECKING:
 
 HORIZON = 20  # periods
 USUAL = 0.3  # m/s^2, up to which the tracker's own weights do
-POSITION, ACCELERATION = (
-    1e4,
-    10.0,
-)  # 1/m, s^2/m, the tracker's own weights
+POSITION, ACCELERATION = (1e4, 10.0)  # 1/m, s^2/m, the tracker's own weights
 SIZE = 0.09  # m, of the robot that they were chosen for
 PERIODS = 5e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4  # s
 SHOWN = 2e-5  # m, by which an acceleration that changes within a period may be missed
@@ -47,13 +44,7 @@ COARSE = 5e-3
 
 def peak_acceleration(reference: Reference, start: float, duration: float) -> float:
     """Return the largest acceleration of a motion, m/s^2, at times as dense as short periods."""
-    rows = int(
-        np.clip(
-            2 * duration / PERIODS[-1],
-            1000,
-            40_000,
-        )
-    )
+    rows = int(np.clip(2 * duration / PERIODS[-1], 1000, 40_000))
     _, _, xi_ddot = reference(start + np.linspace(0.0, duration, rows))
     return float(np.hypot(*xi_ddot.T).max())
 
@@ -72,18 +63,11 @@ def period_for(robot: Robot, acceleration: float) -> float:
 
 def _smaller(robot):
     """Return how many times a robot is smaller than the weights' own one, at least 1."""
-    return max(
-        1.0,
-        SIZE / min(*robot.distal, *(drive.length for drive in robot.drives)),
-    )
+    return max(1.0, SIZE / min(*robot.distal, *(drive.length for drive in robot.drives)))
 
 
 def asks_for_it(
-    robot: Robot,
-    motion: Any,
-    period: float,
-    torque_limit: float | None,
-    working: tuple[int, int],
+    robot: Robot, motion: Any, period: float, torque_limit: float | None, working: tuple[int, int]
 ) -> float | None:
     """Return the peak acceleration of a motion if it is fast but feasible, else None.
 

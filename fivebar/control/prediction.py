@@ -79,11 +79,7 @@ def sample(robot: Robot, torques: JointTorques | None = None) -> ca.Function:
     A = one + h * fx @ (one + h / 2 * fx)
     B = h * (one + h / 2 * fx) @ fu
     c, c_dot, _ = closed(robot, *halves(x + h * k, CHART))
-    return ca.Function(
-        "sample",
-        [x, tau, t, h],
-        [ca.vertcat(*c, *c_dot), A, B],
-    )
+    return ca.Function("sample", [x, tau, t, h], [ca.vertcat(*c, *c_dot), A, B])
 
 
 @lru_cache(maxsize=64)
@@ -96,11 +92,7 @@ def _functions(robot, lengths, torques):
     step = ca.Function("tracker_step", [x, tau, t], ca.cse([after]))
     rates = CHART.rates(robot, *halves(x, CHART), None)
     y = ca.vertcat(*rates.pose.point, *rates.components[1])
-    look = ca.Function(
-        "tracker_look",
-        [x],
-        ca.cse([y, _rows(ca.jacobian(y, x))]),
-    )
+    look = ca.Function("tracker_look", [x], ca.cse([y, _rows(ca.jacobian(y, x))]))
     after, A, B = sample(robot, torques)(x, tau, t, h)
     outputs = [after, _rows(ca.horzcat(A, B)), *look(after)]
     stage = ca.Function("stage", [x, tau, t, h], ca.cse(outputs))

@@ -12,10 +12,7 @@ import numpy as np
 from ..models.compiled import Buffered
 
 SOLVER = "daqp"  # by measurement: tests/benchmarks/qp_solvers.py
-HORIZON, LONGEST_STAGE = (
-    1.0,
-    0.14,
-)  # s: to be seen ahead; what the midpoint rule predicts well
+HORIZON, LONGEST_STAGE = (1.0, 0.14)  # s: to be seen ahead; what the midpoint rule predicts well
 TOLERANCE = 1e-6  # of a solution's optimality, in units of the QP's unknowns and multipliers
 
 
@@ -168,16 +165,9 @@ class QP:
     """
 
     def __init__(
-        self,
-        n: int,
-        rows: int,
-        solver: str = SOLVER,
-        options: dict | None = None,
+        self, n: int, rows: int, solver: str = SOLVER, options: dict | None = None
     ) -> None:
-        shapes = {
-            "h": ca.Sparsity.dense(n, n),
-            "a": ca.Sparsity.dense(rows, n),
-        }
+        shapes = {"h": ca.Sparsity.dense(n, n), "a": ca.Sparsity.dense(rows, n)}
         options = {"error_on_fail": False, **(options or {})}
         self.call = Buffered(ca.conic("qp", solver, shapes, options))
         self.cold = np.full(rows, -np.inf), np.zeros(n), np.zeros(rows), np.zeros(0)
@@ -198,18 +188,7 @@ class QP:
         none, zero, multipliers, empty = self.cold
         try:
             v, _, forces, pushes = self.call(
-                H,
-                g,
-                rows.T,
-                none,
-                upper,
-                low,
-                high,
-                zero,
-                zero,
-                multipliers,
-                empty,
-                empty,
+                H, g, rows.T, none, upper, low, high, zero, zero, multipliers, empty, empty
             )
         except RuntimeError:
             return zero, 0, Status.QP_FAILED
@@ -217,11 +196,7 @@ class QP:
         if optimality(H, g, rows, upper, low, high, v, forces) <= TOLERANCE:
             return v, iterations, Status.SOLVED
         succeeded = self.call.stats()["success"]
-        return (
-            v,
-            iterations,
-            Status.CHECK_FAILED if succeeded else Status.QP_FAILED,
-        )
+        return (v, iterations, Status.CHECK_FAILED if succeeded else Status.QP_FAILED)
 
 
 @np.errstate(invalid="ignore", over="ignore")  # a solver that failed leaves anything

@@ -9,23 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..base.checks import (
-    instance,
-    modes,
-    optional,
-    positive,
-    takes,
-    whole,
-)
+from ..base.checks import instance, modes, optional, positive, takes, whole
 from ..base.checks import jit as must_be_jit
 from ..base.checks import seconds as span
 from ..constraints.constraints import Constraints, refuse_others
-from ..models.loaded_robot import (
-    LoadedRobot,
-    refuse_numbers,
-    robot_and_torques,
-    robot_or_loaded,
-)
+from ..models.loaded_robot import LoadedRobot, refuse_numbers, robot_and_torques, robot_or_loaded
 from ..models.motors import torque_bounds
 from ..models.physics import loads_of, physics_of, smoothed
 from .estimator import EXACT, Estimator
@@ -44,14 +32,8 @@ LEAST_STAGES = 3  # that a prediction must reach
 # scale: with exact and with rounded angles. Less noise lets the disturbance follow a wrong mass
 # more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
-RATE, ARM = (
-    6.0,
-    10.0,
-)  # of the torques' change, over their scale; of that, rad/s^2 (m/s^2)
-TORQUE_RATE, FORCE_RATE = (
-    100.0,
-    0.15,
-)  # 1/(N m), 1/N: RATE over that scale, of the lab's robots
+RATE, ARM = (6.0, 10.0)  # of the torques' change, over their scale; of that, rad/s^2 (m/s^2)
+TORQUE_RATE, FORCE_RATE = (100.0, 0.15)  # 1/(N m), 1/N: RATE over that scale, of the lab's robots
 
 
 class TrackerLog(NamedTuple):
@@ -192,18 +174,10 @@ class Tracker:
         self.middles = (edges[1:] + edges[:-1]) / 2
         self.ahead = edges + period * delay
         # Where in the last plan a stage's torque is found, a period later.
-        self.shift = np.minimum(
-            np.searchsorted(edges, self.middles + period) - 1,
-            horizon - 1,
-        )
+        self.shift = np.minimum(np.searchsorted(edges, self.middles + period) - 1, horizon - 1)
         try:
             self.condense = Condenser(
-                self.lengths,
-                position,
-                acceleration,
-                torque_rate,
-                self.scale,
-                SIZE,
+                self.lengths, position, acceleration, torque_rate, self.scale, SIZE
             )
         except np.linalg.LinAlgError:
             raise ValueError(
@@ -250,11 +224,7 @@ class Tracker:
         return TrackerLog._make(np.array(column) for column in zip(*self._steps))
 
     def __call__(
-        self,
-        t: float,
-        q: np.ndarray,
-        q_dot: np.ndarray,
-        reference: Reference,
+        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference
     ) -> np.ndarray:
         before = time.perf_counter()
         if self.last is not None and t <= self.last:
@@ -315,10 +285,7 @@ class Tracker:
         if self.guess is not None:
             guesses.append(self.guess)
             predicted.append(self._predict(begin, state, self.guess, target))
-        astray = max(
-            ASTRAY * min(self.robot.distal),
-            2 * math.hypot(*now[:2]),
-        )
+        astray = max(ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2]))
         if not predicted or predicted[0][-1] > astray:
             # The last plan leads astray: the reference's own torques may be the better beginning.
             times = begin + self.middles
@@ -345,15 +312,7 @@ class Tracker:
             low, high = np.clip(torque_bounds(self.motors, rates), -limit, limit) / self.scale
             self.low[: low.size] = low.ravel()
             self.high[: high.size] = high.ravel()
-        H, g = self.condense(
-            now,
-            error,
-            AB,
-            C,
-            self.tau / self.scale,
-            self.guess,
-            arcs,
-        )
+        H, g = self.condense(now, error, AB, C, self.tau / self.scale, self.guess, arcs)
         if self.speed_limit is not None:
             H, g = self._limit_speed(H, g, states[:, RATES])
         return self.qp(H, g, self.rows, self.upper, self.low, self.high)
@@ -382,10 +341,7 @@ class Tracker:
         slope = self.condense.G[1:, RATES].reshape(n, n)
         without = speeds.ravel() - slope @ self.guess
         self.rows[:n, :n], self.rows[n:, :n] = slope, -slope
-        self.upper[:n], self.upper[n:] = (
-            self.speed_limit - without,
-            self.speed_limit + without,
-        )
+        self.upper[:n], self.upper[n:] = (self.speed_limit - without, self.speed_limit + without)
         wide = np.diag(np.full(n + 1, self.price))
         wide[:n, :n] = H
         return wide, np.append(g, self.price)

@@ -6,23 +6,12 @@ import json
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from types import NoneType
-from typing import (
-    Any,
-    TypeVar,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy import ndarray
 
-from ..base.tables import (
-    STRANGE,
-    TextFile,
-    whole_text,
-    written,
-)
+from ..base.tables import STRANGE, TextFile, whole_text, written
 from ..models.parameters import robot_of
 from ..models.robots import Biglide, FiveBar, Robot
 
@@ -32,24 +21,11 @@ T = TypeVar("T")
 def write_json(path: TextFile, kind: str, content: object, **more: object) -> None:
     """Write a dataclass or a dict as JSON; nan and infinity, which JSON lacks, as null."""
     with written(path) as out:
-        json.dump(
-            {
-                "fivebar": kind,
-                **encode(content),
-                **encode(more),
-            },
-            out,
-            indent=1,
-        )
+        json.dump({"fivebar": kind, **encode(content), **encode(more)}, out, indent=1)
         out.write("\n")
 
 
-def read_json(
-    path: TextFile,
-    kind: str,
-    cls: type[T],
-    check: Callable[[T], Any],
-) -> T:
+def read_json(path: TextFile, kind: str, cls: type[T], check: Callable[[T], Any]) -> T:
     """Return the dataclass that `write_json` wrote; ValueError for another file.
 
     Fields that the file lacks have their defaults. `check` refuses impossible results.

@@ -186,10 +186,7 @@ class _Reader:
 
 
 def replayed(
-    program: JointProgram,
-    motion: TimedPath,
-    machine: Machine | None = None,
-    dialect: Gcode = USUAL,
+    program: JointProgram, motion: TimedPath, machine: Machine | None = None, dialect: Gcode = USUAL
 ) -> Replay:
     """Return how a program differs from the timed path that it was written from.
 

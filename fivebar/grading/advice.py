@@ -20,14 +20,7 @@ if TYPE_CHECKING:
 
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
-MENDED = (
-    "value",
-    "nan",
-    "exception",
-    "shape",
-    "type",
-    "accepted",
-)
+MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
 
 
 def is_named(check: Check) -> bool:

@@ -84,15 +84,7 @@ class Ask(Questions):
             )
         best: Any = None
         for also in (robot, *self._also) if own else (robot,):
-            verdict = judge(
-                exercise,
-                also,
-                columns,
-                replies,
-                tolerance,
-                refuse,
-                threshold,
-            )
+            verdict = judge(exercise, also, columns, replies, tolerance, refuse, threshold)
             if best is None or verdict.share > best.share:
                 best, best_robot = verdict, also
             if best.share == 1:

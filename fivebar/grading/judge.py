@@ -118,16 +118,7 @@ def judge(
         return Verdict(1.0, rows=n, remarks=remarks, beside=beside)
     with np.errstate(all="ignore"):
         goes = related(came, expected, angles)
-    answers = Answers(
-        exercise,
-        robot,
-        columns,
-        came,
-        expected,
-        limits,
-        good,
-        refused,
-    )
+    answers = Answers(exercise, robot, columns, came, expected, limits, good, refused)
     # A refusal that is only not counted tells less than a wrong answer.
     wrong = np.flatnonzero(~good).tolist()
     first = next(i for i in wrong if reasons[i] not in ("", "refused"))

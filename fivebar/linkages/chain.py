@@ -215,10 +215,7 @@ class Slot:
         x, y = self._span
         square = x * x + y * y
         return (
-            sqrt_or_nan(
-                square - self.offset * self.offset,
-                -8 * EPS * self.offset * self.offset,
-            )
+            sqrt_or_nan(square - self.offset * self.offset, -8 * EPS * self.offset * self.offset)
             * self.branch
         )
 
@@ -282,33 +279,18 @@ class Along:
 
 
 def meet(
-    first: Point,
-    second: Point,
-    r1: float,
-    r2: float,
-    branch: Number,
-    name: str,
+    first: Point, second: Point, r1: float, r2: float, branch: Number, name: str
 ) -> tuple[Closure, Bar, Bar]:
     """Return (joint, bar 1, bar 2) of an RRR dyad; branch +1: the joint is on the left of first ->
     second.
     """
     dyad = RRR(minus(second.p, first.p), r1, r2, branch)
-    joint = Closure(
-        (first, second),
-        dyad,
-        (1 / r1, 1 / r2),
-        name,
-    )
+    joint = Closure((first, second), dyad, (1 / r1, 1 / r2), name)
     return joint, Bar(first, joint, r1, dyad.first), Bar(second, joint, r2, dyad.second)
 
 
 def slide(
-    first: Point,
-    origin: tuple,
-    guide: tuple,
-    r1: float,
-    branch: Number,
-    name: str,
+    first: Point, origin: tuple, guide: tuple, r1: float, branch: Number, name: str
 ) -> tuple[Closure, Bar]:
     """Return (slider, bar) of an RRP dyad on a fixed guide; branch +1: the slider is ahead of
     `first` along the guide.
@@ -337,8 +319,6 @@ def inverse_sine(sine: Number, name: str) -> Number:
         where = f" in {count} of {singular.size} poses, the first at index {index}" if index else ""
         value = float(np.asarray(sine)[index])
         raise SingularityError(
-            f"no velocity{where}: {name} (sine {value:.3g})",
-            value,
-            index or None,
+            f"no velocity{where}: {name} (sine {value:.3g})", value, index or None
         )
     return 1.0 / sine

@@ -38,11 +38,7 @@ class Curve:
     locks: np.ndarray | tuple = ()
 
 
-@takes(
-    four_bar=instance(FourBar),
-    label=text,
-    samples=whole(3, 10**6),
-)
+@takes(four_bar=instance(FourBar), label=text, samples=whole(3, 10**6))
 def coupler_curves(
     four_bar: FourBar, label: str = "coupler curve", samples: int = 1440
 ) -> tuple[Curve, ...]:

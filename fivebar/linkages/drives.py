@@ -55,11 +55,7 @@ def law(
         raise UnreachableError(
             f"unreachable: on this branch no angle of the {linkage.driven} closes", math.nan
         )
-    t = np.linspace(
-        0.0,
-        turns * TURN / abs(speed),
-        round(turns * (samples - 1)) + 1,
-    )
+    t = np.linspace(0.0, turns * TURN / abs(speed), round(turns * (samples - 1)) + 1)
     if drive == "swing":
         return _swing(t, speed, *_inside(allowed, start, between, getattr(linkage, "flats", ())))
     start = usual_start(linkage, allowed) if start is None else start
@@ -84,13 +80,7 @@ def law(
                 math.nan,
             )
         t = np.linspace(0.0, lock[1], len(t))[:-1]  # at the lock itself rates have no limit
-    return Law(
-        t,
-        start + speed * t,
-        np.full(len(t), float(speed)),
-        np.zeros(len(t)),
-        lock,
-    )
+    return Law(t, start + speed * t, np.full(len(t), float(speed)), np.zeros(len(t)), lock)
 
 
 def usual_start(linkage: CrankLinkage, allowed: CrankRange) -> float:
@@ -178,14 +168,9 @@ def two_motors(
     speed = np.broadcast_to(np.asarray(speed, dtype=float), 2)
     fastest = np.abs(speed).max()
     start = np.array(
-        [linkage.home[k] for k in linkage.motors] if start is None else start,
-        dtype=float,
+        [linkage.home[k] for k in linkage.motors] if start is None else start, dtype=float
     )
-    t = np.linspace(
-        0.0,
-        turns * TURN / fastest,
-        round(turns * (samples - 1)) + 1,
-    )
+    t = np.linspace(0.0, turns * TURN / fastest, round(turns * (samples - 1)) + 1)
     if drive == "swing":
         phase = np.outer(t, [fastest, fastest]) + (0.0, math.pi / 2)
         amplitude = AMPLITUDE
@@ -219,10 +204,4 @@ def two_motors(
             )
         t = np.linspace(0.0, low, len(t))[:-1]
     q_dot = np.broadcast_to(speed, (len(t), 2))
-    return Law(
-        t,
-        start + np.outer(t, speed),
-        q_dot,
-        np.zeros((len(t), 2)),
-        lock,
-    )
+    return Law(t, start + np.outer(t, speed), q_dot, np.zeros((len(t), 2)), lock)

@@ -83,13 +83,7 @@ class FiveBarLinkage:
         robot = self.robot
         return {1: robot.l11, 2: robot.l12, 3: robot.l22, 4: robot.l21}
 
-    def start(
-        self,
-        q: ArrayLike,
-        q_dot: ArrayLike,
-        q_ddot: ArrayLike,
-        branch: Any,
-    ) -> Motion:
+    def start(self, q: ArrayLike, q_dot: ArrayLike, q_ddot: ArrayLike, branch: Any) -> Motion:
         given = [_pair(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))]
         if not any(is_symbolic(x) for pair in given for x in pair) and any(
             np.ndim(x) for pair in given for x in pair
@@ -99,13 +93,7 @@ class FiveBarLinkage:
         q, q_dot, q_ddot = given
         drives = {k: (q[i], q_dot[i], q_ddot[i]) for i, k in enumerate(self.motors)}
         return Motion(
-            self,
-            q,
-            q_dot,
-            q_ddot,
-            branch,
-            lambda: self._chain(drives, branch),
-            (1.0, 0.0),
+            self, q, q_dot, q_ddot, branch, lambda: self._chain(drives, branch), (1.0, 0.0)
         )
 
     def _chain(self, drives, branch):
@@ -118,9 +106,7 @@ class FiveBarLinkage:
             turn = drives[left] if left == 1 else _times(TURNS[left], drives[left])
             headings[left] = Turned(headings.get(left - 1, Still()), *turn)
             points[left + 1] = Reach(
-                points[left],
-                headings[left],
-                FORWARD[left] * self.lengths[left],
+                points[left], headings[left], FORWARD[left] * self.lengths[left]
             )
             left += 1
         while right in drives:  # ... and from its right end
@@ -130,22 +116,15 @@ class FiveBarLinkage:
                 turn = _times(-TURNS[right], drives[right])
             headings[right - 1] = Turned(headings.get(right, Still()), *turn)
             points[right - 1] = Reach(
-                points[right],
-                headings[right - 1],
-                -FORWARD[right - 1] * self.lengths[right - 1],
+                points[right], headings[right - 1], -FORWARD[right - 1] * self.lengths[right - 1]
             )
             right -= 1
         middle = next(k for k in range(left + 1, right) if k not in drives)
-        bodies = [
-            self._body(drives, left, middle, 1),
-            self._body(drives, right, middle, -1),
-        ]
+        bodies = [self._body(drives, left, middle, 1), self._body(drives, right, middle, -1)]
         shapes = [body[-1][2] for body in bodies]
         ends = points[left], points[right]
         dyad = StretchingRRR(
-            minus(ends[1].p, ends[0].p),
-            *(sqrt(dot(w.p, w.p)) for w in shapes),
-            branch,
+            minus(ends[1].p, ends[0].p), *(sqrt(dot(w.p, w.p)) for w in shapes), branch
         )
         points[middle] = StretchingClosure(
             ends, dyad, shapes, "the bodies on the middle joint are in line"
@@ -156,9 +135,7 @@ class FiveBarLinkage:
                 headings[link] = Turned(frame, *heading) if heading else frame
                 if joint != middle:
                     points[joint] = Reach(
-                        points[joint - (1 if end is ends[0] else -1)],
-                        headings[link],
-                        reach,
+                        points[joint - (1 if end is ends[0] else -1)], headings[link], reach
                     )
         names = {k: f"joint {k}" for k in range(1, 6)}
         starts = {1: 1, 2: 2, 3: 4, 4: 5}
@@ -169,16 +146,7 @@ class FiveBarLinkage:
         bars = tuple((names[a], names[b]) for a, b in ((1, 2), (2, 3), (5, 4), (4, 3)))
         points = {names[k]: points[k] for k in range(1, 6)}
         actuated = tuple(names[k] for k in self.motors)
-        return Chain(
-            points,
-            links,
-            {},
-            (dyad,),
-            bars,
-            (names[1], names[5]),
-            actuated,
-            names[3],
-        )
+        return Chain(points, links, {}, (dyad,), bars, (names[1], names[5]), actuated, names[3])
 
     def _body(self, drives, first, last, step):
         """Links from joint `first` to `last`: (link, turn from the first one, end in its frame,
@@ -215,15 +183,8 @@ class FiveBarLinkage:
         joints are in line.
         """
         q = np.stack(
-            np.meshgrid(
-                *[np.radians(np.arange(-180, 180, 15.0))] * 2,
-                indexing="ij",
-            ),
-            axis=-1,
-        ).reshape(
-            -1,
-            2,
-        )
+            np.meshgrid(*[np.radians(np.arange(-180, 180, 15.0))] * 2, indexing="ij"), axis=-1
+        ).reshape(-1, 2)
         pose = dgm(self.robot, q, unreachable="nan")
         best = dgm(self.robot, q[np.nanargmax(np.abs(self._flatness(pose)))])
         (q11, q21), (q12, q22) = best.q.tolist(), best.q_passive.tolist()
@@ -251,14 +212,7 @@ class FiveBarLinkage:
         )  # nan where the end-effector is
         joints = dict(
             enumerate(
-                (
-                    (-half, 0.0) + 0 * left,
-                    left,
-                    pose.xi,
-                    right,
-                    (half, 0.0) + 0 * left,
-                ),
-                start=1,
+                ((-half, 0.0) + 0 * left, left, pose.xi, right, (half, 0.0) + 0 * left), start=1
             )
         )
         a, b, c = (joints[k] for k in self.passive)
@@ -305,14 +259,7 @@ class StretchingClosure(Closure):
     @property
     def _bars(self):
         dyad = self.dyad
-        return tuple(
-            zip(
-                (dyad.first, dyad.second),
-                self.pivots,
-                self.bends,
-                (dyad.r1, dyad.r2),
-            )
-        )
+        return tuple(zip((dyad.first, dyad.second), self.pivots, self.bends, (dyad.r1, dyad.r2)))
 
 
 @dataclass(frozen=True, eq=False)

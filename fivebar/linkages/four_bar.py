@@ -77,18 +77,9 @@ class FourBar:
         heading = Turned(Still(), q)
         b = Reach(a, heading, self.crank)
         x, y = self.base
-        d = Fixed(
-            (
-                x + self.ground * math.cos(self.tilt),
-                y + self.ground * math.sin(self.tilt),
-            )
-        )
+        d = Fixed((x + self.ground * math.cos(self.tilt), y + self.ground * math.sin(self.tilt)))
         c, bc, dc = meet(b, d, self.coupler, self.rocker, branch, "coupler and rocker are in line")
-        m = Reach(
-            b,
-            bc,
-            *(self.point or (self.coupler / 2, 0.0)),
-        )
+        m = Reach(b, bc, *(self.point or (self.coupler / 2, 0.0)))
         links = {
             "crank": MovingLink(a, heading, self.crank, self.crank_body),
             "coupler": MovingLink(b, bc, self.coupler, self.coupler_body),
@@ -100,16 +91,7 @@ class FourBar:
         elif self.point and not 0 <= self.point[0] <= self.coupler:
             bars += [("B", "M")]
         points: dict[str, Any] = {"A": a, "B": b, "C": c, "D": d, "M": m}
-        return Chain(
-            points,
-            links,
-            {},
-            (c.dyad,),
-            tuple(bars),
-            ("A", "D"),
-            ("A",),
-            "M",
-        )
+        return Chain(points, links, {}, (c.dyad,), tuple(bars), ("A", "D"), ("A",), "M")
 
     start = one_drive
     driven = "crank"
@@ -232,20 +214,14 @@ def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
     """
     g, a, b, c = four_bar.sides
     centres = []
-    for kind, reach, turn in (
-        ("extended", b + a, 0.0),
-        ("folded", b - a, math.pi),
-    ):
+    for kind, reach, turn in (("extended", b + a, 0.0), ("folded", b - a, math.pi)):
         if reach == 0:
             continue  # C is in A at any crank angle that closes: no end of a swing
         # Triangle A C D; the coupler's direction has A -> D on its right (branch +1) by this angle.
         cosine = (g * g + reach * reach - c * c) / (2 * g * reach)
         if abs(cosine) <= 1:
             angle = branch * math.acos(cosine)
-            rocker = math.atan2(
-                reach * math.sin(angle),
-                reach * math.cos(angle) - g,
-            )
+            rocker = math.atan2(reach * math.sin(angle), reach * math.cos(angle) - g)
             crank = _wrap(angle + turn + four_bar.tilt)
             centres.append(DeadCentre(kind, crank, _wrap(rocker + four_bar.tilt)))
     return tuple(centres)

@@ -104,10 +104,7 @@ def crank_range(linkage: CrankLinkage, branch: int | tuple[int, int] | None = No
     pieces = list(zip(ends, [*ends[1:], ends[0] + TURN]))
     low, high = np.array(pieces).T
     # Two places in each: in the middle of a change point's piece both ends of the dyad may meet.
-    places = np.stack(
-        [low + share * (high - low) for share in (0.5, 0.38)],
-        axis=1,
-    )
+    places = np.stack([low + share * (high - low) for share in (0.5, 0.38)], axis=1)
     closes = np.any(np.isfinite(np.asarray(linkage.chain(places, branch).found)), axis=1)
     kept: list[tuple[float, float]] = []
     for piece, good in zip(pieces, closes.tolist()):
@@ -135,11 +132,7 @@ def ends_of(axis: float, near: float, far: float) -> list[float]:
 
 
 def four_bar_limits(
-    axis: float,
-    ground: float,
-    crank: float,
-    coupler: float,
-    rocker: float,
+    axis: float, ground: float, crank: float, coupler: float, rocker: float
 ) -> list[float]:
     """Return crank angles with coupler and rocker in line; the axis is the ground's direction."""
     scale = 2 * ground * crank
@@ -158,8 +151,4 @@ def four_bar_limits(
 
 def guide_limits(crank: float, bar: float, offset: float) -> list[float]:
     """Return crank angles at which a bar is perpendicular to the guide y = offset along +x."""
-    return ends_of(
-        math.pi / 2,
-        (crank - offset - bar) / crank,
-        (crank + offset - bar) / crank,
-    )
+    return ends_of(math.pi / 2, (crank - offset - bar) / crank, (crank + offset - bar) / crank)

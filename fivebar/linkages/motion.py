@@ -277,21 +277,11 @@ class Motion:
 
 
 def one_drive(
-    linkage: CrankLinkage,
-    q: Number,
-    q_dot: Number,
-    q_ddot: Number,
-    branch: Any,
+    linkage: CrankLinkage, q: Number, q_dot: Number, q_ddot: Number, branch: Any
 ) -> Motion:
     """Return the Motion of a linkage with one crank: the chain is solved in analogs."""
     return Motion(
-        linkage,
-        q,
-        q_dot,
-        q_ddot,
-        branch,
-        lambda: linkage.chain(q, branch),
-        (q_dot, q_ddot),
+        linkage, q, q_dot, q_ddot, branch, lambda: linkage.chain(q, branch), (q_dot, q_ddot)
     )
 
 

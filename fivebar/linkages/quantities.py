@@ -97,10 +97,7 @@ def usual_panels(study: Study) -> list[list[str]]:
 
 
 def evaluate(
-    motion: Motion,
-    name: str,
-    load: dict | None = None,
-    gravity: tuple[float, float] = (0.0, 0.0),
+    motion: Motion, name: str, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)
 ) -> np.ndarray:
     """Return one quantity of a motion by its name, (*batch,)."""
     part, _, quantity = name.rpartition(".")

@@ -111,10 +111,7 @@ class SixBarPress:
         }
         share = branch[1] * (self.l4 + self.l5)
         x, y = d.p
-        rail = {
-            RAIL[0]: Fixed((x, y + 0.4 * share)),
-            RAIL[1]: Fixed((x, y + 1.1 * share)),
-        }
+        rail = {RAIL[0]: Fixed((x, y + 0.4 * share)), RAIL[1]: Fixed((x, y + 1.1 * share))}
         return Chain(
             points={"A": a, "B": b, "C": c, "D": d, "E": e, **rail, **block(e, up, self.l5)},
             links=links,

@@ -128,10 +128,7 @@ class SliderCrank:
             "rod": MovingLink(a, rod, self.rod, self.rod_body),
             "slider": MovingLink(b, Still(), 0.0, self.slider_body),
         }
-        rail = {
-            RAIL[0]: Fixed((-0.3 * length, y)),
-            RAIL[1]: Fixed((length, y)),
-        }
+        rail = {RAIL[0]: Fixed((-0.3 * length, y)), RAIL[1]: Fixed((length, y))}
         return Chain(
             points={"O": o, "A": a, "B": b, **rail, **block(b, Still(), length)},
             links=links,

@@ -103,11 +103,7 @@ def straightness(mechanism: StraightLine, samples: int = 4001) -> Straightness:
     x, y = mechanism.direction
     along = point @ (x, y)
     across = point @ (-y, x)
-    return Straightness(
-        float(np.ptp(along)),
-        float(np.abs(across).max()),
-        float(np.ptp(across)),
-    )
+    return Straightness(float(np.ptp(along)), float(np.abs(across).max()), float(np.ptp(across)))
 
 
 def crank_at(
@@ -138,13 +134,7 @@ def roberts(r: float) -> StraightLine:
 
     It is exact at A, at D and between them once.
     """
-    linkage = FourBar(
-        2.0,
-        r,
-        1.0,
-        r,
-        point=(0.5, -math.sqrt(r * r - 0.25)),
-    )
+    linkage = FourBar(2.0, r, 1.0, r, point=(0.5, -math.sqrt(r * r - 0.25)))
     if not r >= 1.18615:  # there coupler and rocker come in line with the point at A
         raise ValueError(
             f"the arms must be at least 1.18615, not {r:g}: else the crank turns back before the"
@@ -163,14 +153,7 @@ def roberts(r: float) -> StraightLine:
 
 
 def _watt():
-    linkage = FourBar(
-        math.sqrt(4.25),
-        1.0,
-        0.5,
-        1.0,
-        base=(-1.0, 0.25),
-        tilt=math.atan2(-0.5, 2.0),
-    )
+    linkage = FourBar(math.sqrt(4.25), 1.0, 0.5, 1.0, base=(-1.0, 0.25), tilt=math.atan2(-0.5, 2.0))
     line = (0.0, 0.0), (0.0, 1.0)
     ends = tuple(crank_at(linkage, -1, *line, y, math.asin(y)) for y in (-0.25, 0.25))
     return StraightLine(
@@ -203,14 +186,7 @@ _HOEKEN = StraightLine(
     " crank about 180 deg; Hoeken 1926, in Norton, Design of Machinery",
 )
 _EVANS = StraightLine(
-    FourBar(
-        10.0,
-        5.0,
-        5.0,
-        5.0,
-        point=(-5.0, 0.0),
-        tilt=-math.pi / 6,
-    ),
+    FourBar(10.0, 5.0, 5.0, 5.0, point=(-5.0, 0.0), tilt=-math.pi / 6),
     1,
     (0.0, 0.0),
     (0.0, 1.0),

@@ -71,11 +71,7 @@ class Study(Animated):
         rows = f"{self.t[-1]:g} s in {len(self.t)} rows"
         locks = "locks" if self.lock else ""
         return one_line(
-            "Study",
-            type(self.linkage).__name__,
-            rows,
-            f"{len(self.columns)} quantities",
-            locks,
+            "Study", type(self.linkage).__name__, rows, f"{len(self.columns)} quantities", locks
         )
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -96,13 +92,7 @@ class Study(Animated):
             "linkage": {"kind": type(self.linkage).__name__, **asdict(self.linkage)},
             **self._arguments,
         }
-        rows = np.column_stack(
-            [
-                self.t,
-                *self.q.reshape(len(self.t), -1).T,
-                *self.columns.values(),
-            ]
-        )
+        rows = np.column_stack([self.t, *self.q.reshape(len(self.t), -1).T, *self.columns.values()])
         write(path, "linkage study", about, _header(self.q, self.columns), rows.tolist())
 
     @classmethod
@@ -234,9 +224,7 @@ def study(
     except SingularityError as error:
         at = ", ".join(f"{x:.9g}" for x in np.atleast_1d(np.degrees(q[error.index])))
         raise SingularityError(
-            f"{error}; the first at {t[error.index]:.9g} s, {at} deg",
-            error.margin,
-            error.index,
+            f"{error}; the first at {t[error.index]:.9g} s, {at} deg", error.margin, error.index
         ) from None
     return Study(linkage, t, q, motion, columns, lock, arguments)
 
@@ -248,11 +236,7 @@ def _column(motion, name, load, gravity):
 
 def _header(q, columns):
     drives = ["q (rad)"] if q.ndim == 1 else ["q1 (rad)", "q2 (rad)"]
-    return [
-        "t (s)",
-        *drives,
-        *(f"{name} ({unit(name)})" for name in columns),
-    ]
+    return ["t (s)", *drives, *(f"{name} ({unit(name)})" for name in columns)]
 
 
 def _repeated(about):

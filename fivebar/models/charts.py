@@ -40,16 +40,7 @@ class BarAngles:
         """
         turns = robot.turns and not loads_of(robot).has_gravity
         return bars_rates(
-            robot,
-            (
-                c[0] - c[1],
-                0.0,
-                c[2] - c[1],
-                c[3] - c[1],
-            )
-            if turns
-            else c,
-            c_dot,
+            robot, (c[0] - c[1], 0.0, c[2] - c[1], c[3] - c[1]) if turns else c, c_dot
         )
 
     def joints(self, c, rates):
@@ -115,11 +106,7 @@ class TaskChart(Minimal):
 
     def rates(self, robot, c, c_dot, modes):
         pose = task_pose(robot, c, modes)
-        return Rates(
-            pose,
-            tuple(dot(u2, c_dot) / b for u2, b in zip(pose.u2, pose.b)),
-            c_dot,
-        )
+        return Rates(pose, tuple(dot(u2, c_dot) / b for u2, b in zip(pose.u2, pose.b)), c_dot)
 
     def accelerations(self, accelerations):
         return accelerations._xi_ddot

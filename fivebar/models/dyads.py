@@ -88,9 +88,7 @@ class RRR:
         Where the bars are in line it is s r, to the last digit.
         """
         return where_zero(
-            self._moment,
-            lambda: copysign(r * sqrt(self.span_squared), twice),
-            0.5 * twice,
+            self._moment, lambda: copysign(r * sqrt(self.span_squared), twice), 0.5 * twice
         )
 
     @property
@@ -101,10 +99,7 @@ class RRR:
 
     @cached_property
     def _inverse(self):
-        return reciprocal_or_nan(
-            self.span_squared,
-            (4 * EPS * (self.r1 + self.r2)) ** 2,
-        )
+        return reciprocal_or_nan(self.span_squared, (4 * EPS * (self.r1 + self.r2)) ** 2)
 
     # Both bars are written with a positive share of the span, so that equal bars share their
     # products.
@@ -238,11 +233,7 @@ class Crank(NamedTuple):
     def close(self, xi, bar, working):
         """Return the dyad of the leg that reaches xi."""
         return RRR(
-            (xi[0] - self.x, xi[1] - self.y),
-            self.length,
-            bar,
-            working,
-            abs(self.x) + abs(self.y),
+            (xi[0] - self.x, xi[1] - self.y), self.length, bar, working, abs(self.x) + abs(self.y)
         )
 
     def direction_in(self, dyad):
@@ -316,12 +307,7 @@ class Slider(NamedTuple):
         return 0.0, 0.0
 
     def close(self, xi, bar, working):
-        return RRP(
-            (self.x - xi[0], self.y - xi[1]),
-            bar,
-            (0.0, 1.0),
-            working,
-        )
+        return RRP((self.x - xi[0], self.y - xi[1]), bar, (0.0, 1.0), working)
 
     def direction_in(self, dyad):
         return dyad.slide

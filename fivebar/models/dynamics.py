@@ -81,16 +81,8 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     g = dot(*pose.u2)
     weight = robot.m / (pose.det_A * pose.det_A)
     coupling = -weight * g * b1 * b2
-    M = pack_matrix(
-        z1 + weight * b1 * b1,
-        coupling,
-        coupling,
-        z2 + weight * b2 * b2,
-    )
-    return M, pack(
-        weight * b1 * (d1 - g * d2),
-        weight * b2 * (d2 - g * d1),
-    )
+    M = pack_matrix(z1 + weight * b1 * b1, coupling, coupling, z2 + weight * b2 * b2)
+    return M, pack(weight * b1 * (d1 - g * d2), weight * b2 * (d2 - g * d1))
 
 
 def _loaded_model(rates):
@@ -238,10 +230,7 @@ def _lab_dynamics(rates, tau, model):
 
 
 def slipping_dynamics(
-    rates: Rates,
-    tau: tuple,
-    slip: tuple | None,
-    model: str = "slipping_dynamics",
+    rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics"
 ) -> Accelerations:
     """`forward_dynamics` of a robot with loads, on components, where it is known how the drives
     slip (`forces_and_torques`).
@@ -317,11 +306,7 @@ def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
 
     At Type 1, where B is singular, the drives do not determine them.
     """
-    drives = zip(
-        tau,
-        forces_and_torques(accelerations)[1],
-        accelerations.rates.pose.b,
-    )
+    drives = zip(tau, forces_and_torques(accelerations)[1], accelerations.rates.pose.b)
     return tuple((t - asked) / along for t, asked, along in drives)
 
 

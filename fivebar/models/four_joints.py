@@ -35,11 +35,7 @@ def bars_pose(robot: Robot, a: tuple) -> Pose:
     """Return the pose in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders),
     on components.
     """
-    return _pose(
-        robot,
-        a[::2],
-        a[1::2],
-    )
+    return _pose(robot, a[::2], a[1::2])
 
 
 def _pose(robot, q, phi):
@@ -47,21 +43,13 @@ def _pose(robot, q, phi):
     for drive, own, angle in zip(robot.drives, q, phi):
         legs.append(
             DrivenLeg(
-                drive,
-                own,
-                drive.direction(own),
-                lambda angle=angle: (cos(angle), sin(angle)),
+                drive, own, drive.direction(own), lambda angle=angle: (cos(angle), sin(angle))
             )
         )
     x, y = robot.drives[0].pivot(legs[0].direction)
     ux, uy = legs[0].distal
     return Pose(
-        robot,
-        (
-            x + robot.distal[0] * ux,
-            y + robot.distal[0] * uy,
-        ),
-        lambda: (tuple(legs), ()),
+        robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), lambda: (tuple(legs), ())
     )
 
 
@@ -96,12 +84,7 @@ def bars_rates(robot: Robot, a: tuple, a_dot: tuple) -> FourJointRates:
 def _rates(pose, a_dot):
     (tx, ty), (vx, vy) = _columns(pose)[0]
     xi_dot = tx * a_dot[0] + vx * a_dot[1], ty * a_dot[0] + vy * a_dot[1]
-    return FourJointRates(
-        pose,
-        tuple(a_dot[::2]),
-        xi_dot,
-        _turns=tuple(a_dot[1::2]),
-    )
+    return FourJointRates(pose, tuple(a_dot[::2]), xi_dot, _turns=tuple(a_dot[1::2]))
 
 
 def bars_of(rates: Rates) -> tuple:
@@ -117,24 +100,12 @@ def _columns(pose):
     """Return per leg the end-effector's velocity for q_i' = 1, P_i', and phi_i' = 1, l_i2 v_i2."""
     legs = zip(pose.robot.drives, pose.legs, pose.robot.distal)
     return tuple(
-        (
-            drive.tangent(leg.direction),
-            (
-                -bar * leg.distal[1],
-                bar * leg.distal[0],
-            ),
-        )
+        (drive.tangent(leg.direction), (-bar * leg.distal[1], bar * leg.distal[0]))
         for drive, leg, bar in legs
     )
 
 
-def rates_from_joint_state(
-    robot: Robot,
-    q: Any,
-    xi: Any,
-    q_dot: Any,
-    xi_dot: Any,
-) -> Rates:
+def rates_from_joint_state(robot: Robot, q: Any, xi: Any, q_dot: Any, xi_dot: Any) -> Rates:
     """Return a motion of which joints and end-effector are both known, on components: nothing is
     solved for, no mode asked.
     """
@@ -144,11 +115,7 @@ def rates_from_joint_state(
         x, y = drive.pivot(direction)
         unit = (xi[0] - x) * (1 / bar), (xi[1] - y) * (1 / bar)
         legs.append(DrivenLeg(drive, own, direction, lambda unit=unit: unit))
-    return Rates(
-        Pose(robot, xi, lambda: (tuple(legs), ())),
-        q_dot,
-        xi_dot,
-    )
+    return Rates(Pose(robot, xi, lambda: (tuple(legs), ())), q_dot, xi_dot)
 
 
 def loop_gap(pose: Pose) -> tuple:
@@ -162,12 +129,7 @@ def loop_gap(pose: Pose) -> tuple:
     return pose.point[0] - x - bar * leg.distal[0], pose.point[1] - y - bar * leg.distal[1]
 
 
-def closed(
-    robot: Robot,
-    a: tuple,
-    a_dot: tuple,
-    free: tuple | None = None,
-) -> tuple:
+def closed(robot: Robot, a: tuple, a_dot: tuple, free: tuple | None = None) -> tuple:
     """Return (a, a', their Rates) moved the least that closes the loop: a Newton step for
     positions, then rates tangent to it.
 

@@ -21,12 +21,7 @@ if TYPE_CHECKING:
 BLOCK = 8192  # poses
 
 
-def dgm(
-    robot: Robot,
-    q: ArrayLike,
-    assembly: ArrayLike = -1,
-    unreachable: str = "raise",
-) -> Pose:
+def dgm(robot: Robot, q: ArrayLike, assembly: ArrayLike = -1, unreachable: str = "raise") -> Pose:
     """Return the pose in which the active joints are at q: the direct geometric model.
 
     AMORO eq. 1-3, for any lengths.
@@ -75,12 +70,7 @@ def joint_pose(robot: Robot, q: tuple, assembly) -> Pose:
     """`dgm` on components, unchecked: nan where it does not close."""
     if isinstance(q[0], np.ndarray) and q[0].size > BLOCK:
         xi = _joint_xi_in_blocks(robot, q, assembly)
-        return Pose(
-            robot,
-            xi,
-            lambda: _close_on_elbows(robot, q, assembly)[1:],
-            True,
-        )
+        return Pose(robot, xi, lambda: _close_on_elbows(robot, q, assembly)[1:], True)
     xi, *parts = _close_on_elbows(robot, q, assembly)
     return Pose(robot, xi, lambda: parts, True)
 
@@ -93,23 +83,9 @@ def _close_on_elbows(robot, q, assembly):
     p2 = right.pivot(directions[1])
     l12, l22 = robot.distal
     extent = left.extent(directions[0]) + right.extent(directions[1])
-    dyad = RRR(
-        (
-            p2[0] - p1[0],
-            p2[1] - p1[1],
-        ),
-        l12,
-        l22,
-        -assembly,
-        extent,
-    )
+    dyad = RRR((p2[0] - p1[0], p2[1] - p1[1]), l12, l22, -assembly, extent)
     xi = p1[0] + l12 * dyad.first[0], p1[1] + l12 * dyad.first[1]
-    first = DrivenLeg(
-        left,
-        q[0],
-        directions[0],
-        lambda: dyad.first,
-    )
+    first = DrivenLeg(left, q[0], directions[0], lambda: dyad.first)
     legs = first, DrivenLeg(right, q[1], directions[1], lambda: dyad.second)
     return xi, legs, (dyad,)
 
@@ -126,18 +102,13 @@ def _joint_xi_in_blocks(robot, q, assembly):
     for start in range(0, flat[0].size, BLOCK):
         part = slice(start, start + BLOCK)
         xi[:, part] = _close_on_elbows(
-            robot,
-            [component[part] for component in flat],
-            modes[part] if modes.ndim else assembly,
+            robot, [component[part] for component in flat], modes[part] if modes.ndim else assembly
         )[0]
     return xi[0].reshape(q[0].shape), xi[1].reshape(q[0].shape)
 
 
 def igm(
-    robot: Robot,
-    xi: ArrayLike,
-    working: ArrayLike = (-1, -1),
-    unreachable: str = "raise",
+    robot: Robot, xi: ArrayLike, working: ArrayLike = (-1, -1), unreachable: str = "raise"
 ) -> Pose:
     """Return the pose in which the end-effector is at xi: the inverse geometric model.
 
@@ -179,11 +150,7 @@ def igm(
     xi = unpack(xi, "xi")
     xi, branches = _with_modes(xi, working, "working", count=2)
     pose = task_pose(robot, xi, branches)
-    _refuse_open(
-        unreachable,
-        pose._dyads[0].first[0] + pose._dyads[1].first[0],
-        pose,
-    )
+    _refuse_open(unreachable, pose._dyads[0].first[0] + pose._dyads[1].first[0], pose)
     return pose
 
 
@@ -192,19 +159,10 @@ def task_pose(robot: Robot, xi: tuple, working: tuple) -> Pose:
     legs = tuple(
         reach(drive, xi, bar, mode) for drive, bar, mode in zip(robot.drives, robot.distal, working)
     )
-    return Pose(
-        robot,
-        xi,
-        lambda: (legs, tuple(leg.dyad for leg in legs)),
-    )
+    return Pose(robot, xi, lambda: (legs, tuple(leg.dyad for leg in legs)))
 
 
-def reach(
-    drive,
-    xi: tuple,
-    bar: float,
-    working,
-) -> ReachedLeg:
+def reach(drive, xi: tuple, bar: float, working) -> ReachedLeg:
     """Return the leg of this drive and distal bar that ends in xi."""
     return ReachedLeg(drive, drive.close(xi, bar, working))
 
@@ -230,10 +188,7 @@ def _with_modes(v, modes, name, count):
     if count == 1:
         split = (modes,)
     else:
-        split = (
-            np.ascontiguousarray(modes[..., 0]),
-            np.ascontiguousarray(modes[..., 1]),
-        )
+        split = (np.ascontiguousarray(modes[..., 0]), np.ascontiguousarray(modes[..., 1]))
     try:
         *v, _ = np.broadcast_arrays(*v, split[0])
     except ValueError:

@@ -34,10 +34,7 @@ FREE = 1.0, 1.0
 
 
 def loaded_accelerations(
-    rates: Rates,
-    tau: tuple,
-    slip: tuple | None,
-    refuse_corner: Callable,
+    rates: Rates, tau: tuple, slip: tuple | None, refuse_corner: Callable
 ) -> Accelerations:
     """Return the accelerations under torques tau, on components.
 
@@ -106,10 +103,7 @@ def _two_forces(pose, k, right, refuse_corner=lambda pose, determinant: None):
     determinant = pose.det_A * pose.det_A + (k1 + k2) + k1 * k2
     refuse_corner(pose, determinant)
     inverse = 1.0 / determinant
-    return (
-        ((1 + k2) * r1 - g * r2) * inverse,
-        ((1 + k1) * r2 - g * r1) * inverse,
-    ), inverse
+    return (((1 + k2) * r1 - g * r2) * inverse, ((1 + k1) * r2 - g * r1) * inverse), inverse
 
 
 def _by_closure(rates, push, force, free, refuse_corner):
@@ -118,12 +112,7 @@ def _by_closure(rates, push, force, free, refuse_corner):
     s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
     (x1, y1), (x2, y2) = pose.u2
     # A solution of Phi y = d, the least.
-    (n1, n2), _ = _two_forces(
-        pose,
-        (s1 * s1, s2 * s2),
-        rates._bias,
-        refuse_corner,
-    )
+    (n1, n2), _ = _two_forces(pose, (s1 * s1, s2 * s2), rates._bias, refuse_corner)
     least = -s1 * n1, -s2 * n2, x1 * n1 + x2 * n2, y1 * n1 + y2 * n2
     M = masses(rates, free)
     forces = (
@@ -132,14 +121,7 @@ def _by_closure(rates, push, force, free, refuse_corner):
         -force[0],
         -force[1],
     )
-    W = _antisymmetric(
-        pose.det_A,
-        -s2 * y1,
-        s2 * x1,
-        -s1 * y2,
-        s1 * x2,
-        s1 * s2,
-    )
+    W = _antisymmetric(pose.det_A, -s2 * y1, s2 * x1, -s1 * y2, s1 * x2, s1 * s2)
     rest = [f - along for f, along in zip(forces, multiply(M, least))]
     MW = _product(M, W)
     # tr(W^T M W M) = -tr(M W M W)
@@ -149,12 +131,7 @@ def _by_closure(rates, push, force, free, refuse_corner):
     scale = -1.0 / delta
     e1, e2, x, y = (part + scale * step for part, step in zip(least, moved))
     return Accelerations(
-        rates,
-        (
-            e1 * free[0] * (1 / lengths[0]),
-            e2 * free[1] * (1 / lengths[1]),
-        ),
-        (x, y),
+        rates, (e1 * free[0] * (1 / lengths[0]), e2 * free[1] * (1 / lengths[1])), (x, y)
     )
 
 
@@ -180,12 +157,7 @@ def masses(rates: Rates, free: tuple = FREE) -> list[list]:
         yy = yy + turn * ux * ux
     e1, e2 = (f * f * each + (1 - f) for f, each in zip(free, own))
     (ax, ay), (bx, by) = coupled
-    return [
-        [e1, 0.0, ax, ay],
-        [0.0, e2, bx, by],
-        [ax, bx, xx, xy],
-        [ay, by, xy, yy],
-    ]
+    return [[e1, 0.0, ax, ay], [0.0, e2, bx, by], [ax, bx, xx, xy], [ay, by, xy, yy]]
 
 
 def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tuple:
@@ -206,12 +178,7 @@ def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tupl
 
 def _antisymmetric(a, b, c, d, e, f):
     """Return rows of W from its entries 12, 13, 14, 23, 24, 34."""
-    return [
-        [0.0, a, b, c],
-        [-a, 0.0, d, e],
-        [-b, -d, 0.0, f],
-        [-c, -e, -f, 0.0],
-    ]
+    return [[0.0, a, b, c], [-a, 0.0, d, e], [-b, -d, 0.0, f], [-c, -e, -f, 0.0]]
 
 
 def multiply(rows: Sequence, v: Sequence) -> list:

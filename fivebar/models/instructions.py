@@ -77,12 +77,7 @@ class Language:
     operations: dict[int, str] = field(default_factory=dict)
 
 
-def indexed(
-    name: str,
-    shape: tuple,
-    row: int,
-    column: int,
-) -> str:
+def indexed(name: str, shape: tuple, row: int, column: int) -> str:
     """Return an element of a vector or a matrix of this shape; of what is one number its name."""
     if shape == (1, 1):
         return name
@@ -115,12 +110,7 @@ def statements(function: ca.Function, language: Language) -> Iterator[str]:
         elif code == ca.OP_CONST:
             value = language.number(function.instruction_constant(k))
         else:
-            value = _operation(
-                function,
-                code,
-                [_variable(slot) for slot in inputs],
-                language,
-            )
+            value = _operation(function, code, [_variable(slot) for slot in inputs], language)
         yield f"{_variable(outputs[0])} = {value}"
 
 
@@ -133,12 +123,7 @@ def _operation(function, code, operands, language):
     raise ValueError(f"{function.name()}: no words for CasADi's operation {OTHERS.get(code, code)}")
 
 
-def wrapped(
-    start: str,
-    words: list[str],
-    end: str,
-    hang: bool = False,
-) -> list[str]:
+def wrapped(start: str, words: list[str], end: str, hang: bool = False) -> list[str]:
     """start, the words with commas between them, end, in lines of WIDTH, none for no words; hang:
     under the first.
     """
@@ -165,9 +150,4 @@ def _element(write, name, sparsity, which, place):
     if not pattern.is_dense():
         raise ValueError(f"{name(which)} must be dense")
     rows, columns = pattern.shape
-    return write(
-        name(which),
-        (rows, columns),
-        place % rows,
-        place // rows,
-    )
+    return write(name(which), (rows, columns), place % rows, place // rows)

@@ -54,11 +54,7 @@ def to_javascript(function: ca.Function, flat: bool = False) -> str:
                 f"{name}: {word!r} is no name in JavaScript, or taken; choose another one"
             )
     language = Language(
-        _number,
-        _call,
-        indexed,
-        partial(_flat, function, outputs) if flat else indexed,
-        OWN,
+        _number, _call, indexed, partial(_flat, function, outputs) if flat else indexed, OWN
     )
     body = wrapped("let ", variables(function), ";")
     if not flat:
@@ -73,10 +69,7 @@ def to_javascript(function: ca.Function, flat: bool = False) -> str:
 def _number(value):
     if value != value:
         return "NaN"
-    text = {ca.inf: "Infinity", -ca.inf: "-Infinity"}.get(
-        value,
-        repr(float(value)),
-    )
+    text = {ca.inf: "Infinity", -ca.inf: "-Infinity"}.get(value, repr(float(value)))
     return text.removesuffix(".0")
 
 

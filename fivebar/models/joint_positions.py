@@ -13,10 +13,7 @@ if TYPE_CHECKING:
 def elbows(robot: Robot, q: np.ndarray) -> np.ndarray:
     """Elbows (feet) of a robot with its active joints at q (m, 2): (m, 2 legs, 2) m."""
     pivots = [drive.pivot(drive.direction(own)) for drive, own in zip(robot.drives, q.T)]
-    return np.stack(
-        [np.stack(np.broadcast_arrays(*pivot), axis=-1) for pivot in pivots],
-        axis=1,
-    )
+    return np.stack([np.stack(np.broadcast_arrays(*pivot), axis=-1) for pivot in pivots], axis=1)
 
 
 def joints(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> np.ndarray:

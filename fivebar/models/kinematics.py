@@ -140,11 +140,7 @@ class Rates:
         if not (self._from_task and _reached(self.pose)):
             return self._relative(self._transverse_velocity, self._q_dot)
         # From the law of cosines, c . xi' = -l_i1 l_i2 sin(q_i2) q_i2' on the span c = xi - A_i1.
-        legs = zip(
-            self.pose.legs,
-            self.pose.robot.distal,
-            self.pose.b,
-        )
+        legs = zip(self.pose.legs, self.pose.robot.distal, self.pose.b)
         return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
 
     def _relative(self, transverse, own):
@@ -281,13 +277,7 @@ def dkm(pose: Pose, q_dot: ArrayLike) -> Rates:
         a_pose(pose, "pose")
     q_dot = unpack_for(pose.point[0], q_dot, "q_dot")
     return Rates(
-        pose,
-        q_dot,
-        solve_a(
-            pose,
-            tuple(b * rate for b, rate in zip(pose.b, q_dot)),
-            "dkm",
-        ),
+        pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose.b, q_dot)), "dkm")
     )
 
 
@@ -404,12 +394,7 @@ def ikm2(rates: Rates, xi_ddot: ArrayLike) -> Accelerations:
         some_rates(rates, "rates")
     xi_ddot = unpack_for(rates._xi_dot[0], xi_ddot, "xi_ddot")
     along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose.u2, rates._bias))
-    return Accelerations(
-        rates,
-        solve_b(rates.pose, along, "ikm2"),
-        xi_ddot,
-        _from_task=True,
-    )
+    return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot, _from_task=True)
 
 
 def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
@@ -427,12 +412,7 @@ def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
 def solve_b(pose: Pose, along: tuple, model: str) -> tuple:
     """Return B^-1 times `along`; B is diagonal (AMORO eq. 13). Refused where B is singular."""
     for joint, sine in zip(pose.robot.words.passive, pose.sines):
-        _refuse(
-            pose,
-            sine,
-            f"{model}: B is singular (Type 1)",
-            f"sin {joint}",
-        )
+        _refuse(pose, sine, f"{model}: B is singular (Type 1)", f"sin {joint}")
     return tuple(r / b for r, b in zip(along, pose.b))
 
 
@@ -454,11 +434,7 @@ def _refuse(pose, margin, problem, name):
         where = ""
     value = float(np.asarray(margin)[index])
     at = place_of(pose, np.shape(margin), index)
-    raise SingularityError(
-        f"{problem}{where}: {name} = {value:.3g} {at}",
-        value,
-        index or None,
-    )
+    raise SingularityError(f"{problem}{where}: {name} = {value:.3g} {at}", value, index or None)
 
 
 def place_of(pose: Pose, shape: tuple, index: tuple) -> str:

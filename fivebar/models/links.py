@@ -78,13 +78,7 @@ class Link:
             )
 
     @classmethod
-    def about_centre(
-        cls,
-        mass: float,
-        x: float,
-        y: float = 0.0,
-        inertia: float = 0.0,
-    ) -> Link:
+    def about_centre(cls, mass: float, x: float, y: float = 0.0, inertia: float = 0.0) -> Link:
         """Return a link whose inertia, kg m^2, is about its centre of mass, as data sheets and CAD
         programs give it.
         """
@@ -93,12 +87,7 @@ class Link:
             for name, value in (("mass", mass), ("x", x), ("y", y))
         )
         own = number(inertia, "a link's inertia about its centre of mass", 0.0)
-        return cls(
-            mass,
-            x,
-            y,
-            own + mass * (x * x + y * y),
-        )
+        return cls(mass, x, y, own + mass * (x * x + y * y))
 
     def of_length(self, length: float) -> tuple[float, float, float, float]:
         """Return (mass, first moments along and across, inertia about the first joint) as a bar of
@@ -112,10 +101,7 @@ class Link:
 
 
 def grouped(
-    lengths: dict[str, float],
-    links: Mapping,
-    payload: float,
-    rotor: Sequence,
+    lengths: dict[str, float], links: Mapping, payload: float, rotor: Sequence
 ) -> dict[str, float]:
     """Return base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths
     {"l11": m, ...}.

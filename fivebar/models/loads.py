@@ -64,10 +64,7 @@ def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[t
         x, y = acc._xi_ddot
         return (robot.m * x, robot.m * y), tuple(z * a for z, a in zip(robot.inertias, acc._q_ddot))
     gx, gy = physics.gravity
-    force = [
-        robot.m * (acc._xi_ddot[0] - gx),
-        robot.m * (acc._xi_ddot[1] - gy),
-    ]
+    force = [robot.m * (acc._xi_ddot[0] - gx), robot.m * (acc._xi_ddot[1] - gy)]
     torques = []
     for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
         q_dot = rates._q_dot[i]
@@ -196,10 +193,7 @@ def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
     signs = sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
     dry = loads_of(robot).coulomb
     if is_symbolic(signs):
-        return pack(
-            dry[0] * signs[0],
-            dry[1] * signs[1],
-        )
+        return pack(dry[0] * signs[0], dry[1] * signs[1])
     return signs * np.array(dry)
 
 

@@ -41,10 +41,7 @@ def _load(function):
 
     generator = casadi.CodeGenerator("model.c")
     generator.add(function)
-    return casadi.external(
-        function.name(),
-        str(library(generator.dump(), casadi.__version__)),
-    )
+    return casadi.external(function.name(), str(library(generator.dump(), casadi.__version__)))
 
 
 def library(source, made_by="", flags=(), compiler=None):

@@ -120,10 +120,7 @@ class Motor:
         high = self.stall * (1 - q_dot / self.speed)
         low = self.stall * (-1 - q_dot / self.speed)
         torque = self.torque
-        return (
-            least(largest(low, -torque), torque),
-            least(largest(high, -torque), torque),
-        )
+        return (least(largest(low, -torque), torque), least(largest(high, -torque), torque))
 
 
 def motor_of(value: object, name: str) -> Motor:

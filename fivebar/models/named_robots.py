@@ -23,16 +23,7 @@ class NamedRobot:
 
 
 def _symmetric(proximal, distal, half_base):
-    return FiveBar(
-        proximal,
-        distal,
-        proximal,
-        distal,
-        2 * half_base,
-        0,
-        0,
-        0,
-    )
+    return FiveBar(proximal, distal, proximal, distal, 2 * half_base, 0, 0, 0)
 
 
 _LIU = (
@@ -90,9 +81,7 @@ _RRF = FiveBar(0.1295, 0.182, 0.1275, 0.181, 0.108, 0, 0, 0)
 _RRF_TABLES: dict[str, dict[str, Any]] = {
     "readings": {"offset": (0.0, 0.0), "ratio": (_DEGREE, _DEGREE)},
     "frame": {"shift": (0.0, -0.17)},
-    "constraints": {
-        "joints": [(34 * _DEGREE, 251 * _DEGREE), (-71 * _DEGREE, 146 * _DEGREE)],
-    },
+    "constraints": {"joints": [(34 * _DEGREE, 251 * _DEGREE), (-71 * _DEGREE, 146 * _DEGREE)]},
 }
 
 ROBOTS = {

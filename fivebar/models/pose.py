@@ -129,10 +129,7 @@ class Pose:
             modes = "working ({:+d}, {:+d}), assembly {:+d}".format(
                 *map(int, self.working), int(self.assembly)
             )
-            place += [
-                vector("q", tuple(leg.q for leg in self.legs), words.unit),
-                modes,
-            ]
+            place += [vector("q", tuple(leg.q for leg in self.legs), words.unit), modes]
         return (*place, words.title)
 
     @cached_property
@@ -224,31 +221,17 @@ class Pose:
     @cached_property
     def B(self) -> np.ndarray:
         zero = 0.0 * self.b[0]
-        return pack_matrix(
-            self.b[0],
-            zero,
-            zero,
-            self.b[1],
-        )  # AMORO eq. 13
+        return pack_matrix(self.b[0], zero, zero, self.b[1])  # AMORO eq. 13
 
     @cached_property
     def J(self) -> np.ndarray:
         """Jacobian xi' = J q', J = A^-1 B (AMORO eq. 25), (*batch, 2, 2); nan at Type 2."""
         determinant = self.det_A
         if not is_symbolic(determinant):
-            determinant = np.where(
-                np.abs(determinant) <= SINGULAR,
-                np.nan,
-                determinant,
-            )
+            determinant = np.where(np.abs(determinant) <= SINGULAR, np.nan, determinant)
         (x1, y1), (x2, y2) = self.u2
         left, right = (b / determinant for b in self.b)
-        return pack_matrix(
-            y2 * left,
-            -y1 * right,
-            -x2 * left,
-            x1 * right,
-        )
+        return pack_matrix(y2 * left, -y1 * right, -x2 * left, x1 * right)
 
     @cached_property
     def reach_margin(self) -> np.ndarray:

@@ -229,10 +229,7 @@ class FiveBar(Named):
         """
         lengths = dict(l11=l11, l12=l12, l21=l21, l22=l22)
         found = grouped(
-            {name: size(value, name) for name, value in lengths.items()},
-            links,
-            payload,
-            rotor,
+            {name: size(value, name) for name, value in lengths.items()}, links, payload, rotor
         )
         friction = {"viscous": (viscous, "fv1", "fv2"), "coulomb": (coulomb, "fs1", "fs2")}
         friction["elbows"] = elbows, "fv12", "fv22"
@@ -245,8 +242,7 @@ class FiveBar(Named):
     def __post_init__(self):
         check_values(self)
         must_close(
-            "robot",
-            {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")},
+            "robot", {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")}
         )
 
     @property

@@ -13,11 +13,7 @@ from .physics import loads_of
 EDGE = 1e-12  # of the friction, by which what holds may exceed it: rounding
 
 
-def slip_of(
-    rates: Rates,
-    tau: tuple,
-    held_by: Callable,
-) -> tuple:
+def slip_of(rates: Rates, tau: tuple, held_by: Callable) -> tuple:
     """Return per drive the direction in which it slips, 0 where friction holds it, on components.
 
     A drive that moves slips with its rate. One that stands is held where no more than its friction
@@ -30,11 +26,7 @@ def slip_of(
     standing = np.array([np.logical_and(s == 0, f > 0) for s, f in zip(signs, dry)])
     if not standing.any():
         return tuple(_plain(np.where(s == 0, 1.0, s)) for s in signs)
-    shape = np.broadcast_shapes(
-        np.shape(signs[0]),
-        np.shape(tau[0]),
-        np.shape(rates.pose.point[0]),
-    )
+    shape = np.broadcast_shapes(np.shape(signs[0]), np.shape(tau[0]), np.shape(rates.pose.point[0]))
     found = [np.zeros(shape), np.zeros(shape)]
     open_ = np.ones(shape, dtype=bool)
     for choice in product((0.0, 1.0, -1.0), repeat=2):
@@ -57,11 +49,7 @@ def slip_of(
                 good = acc._q_ddot[k] * c >= 0
             fits &= np.where(standing[k], good, c == 1.0)
         for k in (0, 1):
-            found[k] = np.where(
-                open_ & fits,
-                slip[k],
-                found[k],
-            )
+            found[k] = np.where(open_ & fits, slip[k], found[k])
         open_ &= ~fits
     return tuple(_plain(each) for each in found)
 

@@ -19,27 +19,11 @@ def _lens(r1, r2, d):
     d, r1, r2 = (
         np.where(crossed, length, 1.0) for length in (d, r1, r2)
     )  # elsewhere what can be divided by
-    a1 = np.arccos(
-        np.clip(
-            (d * d + (r1 - r2) * (r1 + r2)) / (2 * d * r1),
-            -1,
-            1,
-        )
-    )
-    a2 = np.arccos(
-        np.clip(
-            (d * d - (r1 - r2) * (r1 + r2)) / (2 * d * r2),
-            -1,
-            1,
-        )
-    )
+    a1 = np.arccos(np.clip((d * d + (r1 - r2) * (r1 + r2)) / (2 * d * r1), -1, 1))
+    a2 = np.arccos(np.clip((d * d - (r1 - r2) * (r1 + r2)) / (2 * d * r2), -1, 1))
     # Sectors less their triangles.
     area = r1 * r1 * (a1 - 0.5 * np.sin(2 * a1)) + r2 * r2 * (a2 - 0.5 * np.sin(2 * a2))
-    return np.where(
-        apart,
-        0.0,
-        np.where(within, _disc(small), area),
-    )
+    return np.where(apart, 0.0, np.where(within, _disc(small), area))
 
 
 def _workspace_area(robots):

@@ -47,11 +47,7 @@ class Designs:
     _rows: Callable[[int, int], np.ndarray]  # (start, stop) -> rows
 
     def __repr__(self) -> str:
-        return one_line(
-            "Designs",
-            ", ".join(self.names),
-            f"{self.count} rows",
-        )
+        return one_line("Designs", ", ".join(self.names), f"{self.count} rows")
 
     def __len__(self) -> int:
         return self.count
@@ -76,24 +72,12 @@ def columns(values: Mapping[str, Any]) -> Designs:
     count = next(iter(lengths.values()), 1)
     if not count:
         raise ValueError("designs: the columns are empty")
-    table = np.stack(
-        [np.broadcast_to(part, count) for part in parts.values()],
-        axis=1,
-    )
-    return _of_table(
-        tuple(parts),
-        table,
-        {"sha256": hashlib.sha256(table.tobytes()).hexdigest()},
-    )
+    table = np.stack([np.broadcast_to(part, count) for part in parts.values()], axis=1)
+    return _of_table(tuple(parts), table, {"sha256": hashlib.sha256(table.tobytes()).hexdigest()})
 
 
 def _of_table(names, table, about):
-    return Designs(
-        names,
-        len(table),
-        about,
-        lambda start, stop: table[start:stop],
-    )
+    return Designs(names, len(table), about, lambda start, stop: table[start:stop])
 
 
 def _number_or_column(value, name):
@@ -137,10 +121,7 @@ def grid(**axes: Any) -> Designs:
 
     def rows(start, stop):
         places = np.unravel_index(np.arange(start, stop), shape)
-        return np.stack(
-            [value[place] for value, place in zip(values.values(), places)],
-            axis=1,
-        )
+        return np.stack([value[place] for value, place in zip(values.values(), places)], axis=1)
 
     about = {"grid": {name: value.tolist() for name, value in values.items()}}
     return Designs(tuple(values), count, about, rows)
@@ -174,15 +155,8 @@ def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
     g = 2.0
     for _ in range(64):
         g = (1 + g) ** (1 / (len(limits) + 1))
-    steps = np.array(
-        [int(2.0**64 / g**j) for j in range(1, len(limits) + 1)],
-        dtype=np.uint64,
-    )
-    first = np.random.default_rng(seed).integers(
-        2**64 - 1,
-        size=len(limits),
-        dtype=np.uint64,
-    )
+    steps = np.array([int(2.0**64 / g**j) for j in range(1, len(limits) + 1)], dtype=np.uint64)
+    first = np.random.default_rng(seed).integers(2**64 - 1, size=len(limits), dtype=np.uint64)
 
     def rows(start, stop):
         place = first + np.arange(start, stop, dtype=np.uint64)[:, None] * steps  # modulo 2^64
@@ -240,17 +214,10 @@ def triangle(count: int = 30) -> Designs:
     <Designs: r1, r2, r3, 14 rows>
     """
     count = whole(2, 10**4)(count, "count")
-    first, second = np.mgrid[1:count, 1:count].reshape(
-        2,
-        -1,
-    )
+    first, second = np.mgrid[1:count, 1:count].reshape(2, -1)
     k = np.column_stack([first, second, count - first - second])
     inside = (k[:, 2] >= 0) & (2 * k[:, 2] <= count)
-    return _of_table(
-        ("r1", "r2", "r3"),
-        3 * k[inside] / count,
-        {"triangle": count},
-    )
+    return _of_table(("r1", "r2", "r3"), 3 * k[inside] / count, {"triangle": count})
 
 
 def designs_of(source: Any, robot: FiveBar | Biglide) -> Designs:

@@ -66,10 +66,7 @@ def _trial(x, low, high, rng):
 
 
 def dominates(
-    f: np.ndarray,
-    violation_f: np.ndarray,
-    g: np.ndarray,
-    violation_g: np.ndarray,
+    f: np.ndarray, violation_f: np.ndarray, g: np.ndarray, violation_g: np.ndarray
 ) -> np.ndarray:
     """Return where f is better than g: in some goal and worse in none, limits first."""
     feasible = (f <= g).all(axis=-1) & (f < g).any(axis=-1)
@@ -84,12 +81,7 @@ def best(f: np.ndarray, violation: np.ndarray, count: int) -> np.ndarray:
     while len(left):
         g = f[left]
         v = violation[left]
-        dominated = dominates(
-            g[:, None],
-            v[:, None],
-            g[None],
-            v[None],
-        ).any(axis=0)
+        dominated = dominates(g[:, None], v[:, None], g[None], v[None]).any(axis=0)
         front = left[~dominated]
         if len(kept) + len(front) >= count:
             return np.array(kept + thinned(f, front, count - len(kept)))

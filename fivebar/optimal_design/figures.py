@@ -69,10 +69,7 @@ for _kind, _rows in (("closed", CLOSED), ("poses", OVER_POSES), ("single", ONE_B
 
 
 def figures_of(
-    request: Any,
-    task: Task,
-    robot: FiveBar | Biglide,
-    argument: str = "figure",
+    request: Any, task: Task, robot: FiveBar | Biglide, argument: str = "figure"
 ) -> tuple[Figure, ...]:
     """Return the Figures of a name, a function, a Figure, a list of them, or {name: function}."""
     if isinstance(request, Mapping):
@@ -154,11 +151,7 @@ def evaluate(
         step = max(1, BLOCK // len(task.nodes[0]))
         for start in range(0, len(chosen), step):
             part = chosen[start : start + step]
-            poses = TaskPoses(
-                robots_of_designs(names, rows[part], robot),
-                task,
-                place[part],
-            )
+            poses = TaskPoses(robots_of_designs(names, rows[part], robot), task, place[part])
             for k in columns["poses"]:
                 values[part, k] = figures[k].of(poses)
     one_by_one = sorted(columns["single"] + columns["own"])
@@ -170,12 +163,7 @@ def evaluate(
                     values[n, k] = _value(figures[k], single, task, place[n])
                 except Exception as error:  # A user's function may raise: other designs go on.
                     message = " ".join(str(error).split())
-                    errors.append(
-                        (
-                            n,
-                            f"{figures[k].name}: {type(error).__name__}: {message}",
-                        )
-                    )
+                    errors.append((n, f"{figures[k].name}: {type(error).__name__}: {message}"))
     return values, sorted(errors)
 
 

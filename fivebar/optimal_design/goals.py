@@ -28,12 +28,7 @@ def goals_of(
     goals: Any, task: Task, robot: FiveBar | Biglide
 ) -> tuple[tuple[Figure, ...], tuple[str, ...]]:
     """Return the figures of the goals, and whether each is to be "min" or "max"."""
-    figures = figures_of(
-        list(goals) if isinstance(goals, Mapping) else goals,
-        task,
-        robot,
-        "goals",
-    )
+    figures = figures_of(list(goals) if isinstance(goals, Mapping) else goals, task, robot, "goals")
     if len(figures) > 3:
         raise ValueError(f"goals: at most three, not {len(figures)}: name the others as limits")
     if not isinstance(goals, Mapping):

@@ -97,12 +97,7 @@ def _circle(robot):
     top = np.sqrt(max(outer * outer - half * half, 0.0))
     # Ever denser upwards: of short distal bars the locus is next to the top.
     y = top * (1 - (np.arange(CENTRES, 0, -1) / (CENTRES + 1)) ** 4)
-    pose = igm(
-        robot,
-        np.stack([0 * y, y], axis=-1),
-        (1, -1),
-        unreachable="nan",
-    )
+    pose = igm(robot, np.stack([0 * y, y], axis=-1), (1, -1), unreachable="nan")
     below = np.flatnonzero(pose.assembly != pose.assembly[-1])
     low = y[below[-1] + 1 if len(below) else 0]
     high = top
@@ -172,10 +167,7 @@ def _path_time(robot, task, place):
     moved = Placement(tuple(place.tolist()))(task.path)
     try:
         return time_path(
-            robot,
-            moved,
-            constraints=Constraints(motors=task.motor),
-            working=task.working,
+            robot, moved, constraints=Constraints(motors=task.motor), working=task.working
         ).duration
     except (UnreachableError, SingularityError):
         return np.inf

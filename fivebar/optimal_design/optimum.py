@@ -122,16 +122,7 @@ def design(
 class DesignProblem:
     """The search as numbers: parameters in; goals to be small and the violation of limits out."""
 
-    def __init__(
-        self,
-        goals,
-        bounds,
-        limits,
-        robot,
-        step,
-        task: Task,
-        executor: Executor | None,
-    ):
+    def __init__(self, goals, bounds, limits, robot, step, task: Task, executor: Executor | None):
         self.robot = robot
         self.step = step
         self.task = task

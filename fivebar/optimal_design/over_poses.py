@@ -26,12 +26,7 @@ class TaskPoses:
     each one's task.
     """
 
-    def __init__(
-        self,
-        robots: Robots,
-        task: Task,
-        place: np.ndarray,
-    ):
+    def __init__(self, robots: Robots, task: Task, place: np.ndarray):
         self.robots = robots
         self.task = task
         nodes, self.area, self.polar = task.nodes
@@ -70,11 +65,7 @@ class TaskPoses:
     def most(self, values):
         """Return (n,) the largest over the nodes, inf where not all are reached."""
         with np.errstate(invalid="ignore"):
-            return np.where(
-                self.reaches,
-                values.max(axis=1),
-                np.inf,
-            )
+            return np.where(self.reaches, values.max(axis=1), np.inf)
 
     @cached_property
     def stretch(self):
@@ -95,11 +86,7 @@ class TaskPoses:
 
     def mean(self, values, weights):
         with np.errstate(invalid="ignore"):
-            return np.where(
-                self.reaches,
-                (values * weights).sum(axis=1),
-                0.0,
-            )
+            return np.where(self.reaches, (values * weights).sum(axis=1), 0.0)
 
 
 def _reach(poses):
@@ -149,10 +136,7 @@ def _tip_error(poses):
         for turn in (1, -1):
             r1 = own[0] + turn * base[0]
             r2 = other * own[1] + turn * base[1]
-            worst = np.maximum(
-                worst,
-                r1 * r1 + r2 * r2 - 2 * poses.g * r1 * r2,
-            )
+            worst = np.maximum(worst, r1 * r1 + r2 * r2 - 2 * poses.g * r1 * r2)
     with np.errstate(divide="ignore", invalid="ignore"):
         return poses.most(np.sqrt(worst) / np.abs(poses.det_A))
 
@@ -193,10 +177,7 @@ def _speed_bound(robots, task):
 
 def _footprint_bound(robots, task):
     nodes = task.nodes[0]
-    return np.full(
-        len(robots.d),
-        np.prod(np.ptp(nodes, axis=0)),
-    )
+    return np.full(len(robots.d), np.prod(np.ptp(nodes, axis=0)))
 
 
 # Name, unit, better, words, of, needs, bound.
@@ -218,15 +199,7 @@ OVER_POSES = (
         ("table",),
         _one,
     ),
-    (
-        "sin",
-        "",
-        "large",
-        "the least |sin q_i2| of both legs: 0 at Type 1",
-        _sine,
-        ("table",),
-        _one,
-    ),
+    ("sin", "", "large", "the least |sin q_i2| of both legs: 0 at Type 1", _sine, ("table",), _one),
     (
         "transmission_angle",
         "rad",

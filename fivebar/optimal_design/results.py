@@ -145,11 +145,7 @@ class Front(Plotted, Paged):
             low = self[name].min()
             high = self[name].max()
             ranges.append(f"{name} from {low:.6g} to {high:.6g} {self.units[name]}".rstrip())
-        return one_line(
-            "Front",
-            f"{len(self.designs)} designs",
-            *ranges,
-        )
+        return one_line("Front", f"{len(self.designs)} designs", *ranges)
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -183,13 +179,7 @@ class Front(Plotted, Paged):
         first = self.designs[0]
         about = {"goals": dict(self.goals), "choices": first.task.about}
         rows = [[*one.parameters.values(), *one.values.values()] for one in self.designs]
-        write(
-            file,
-            "front",
-            about,
-            (*first.parameters, *first.values),
-            rows,
-        )
+        write(file, "front", about, (*first.parameters, *first.values), rows)
 
     def save(self, folder: str | os.PathLike) -> None:
         """Write front.json, which `load` reads, front.csv, front.png, robots/*.json and a page.
@@ -253,12 +243,7 @@ def _design(known, task):
     if not named <= parts["values"].keys() <= parts["units"].keys():
         raise ValueError("its goals, values and units are not of the same figures")
     binding = tuple(strings(known["binding"], "binding"))
-    return Design(
-        robot=robot_of_plain(known["robot"]),
-        binding=binding,
-        task=task,
-        **parts,
-    )
+    return Design(robot=robot_of_plain(known["robot"]), binding=binding, task=task, **parts)
 
 
 def plain_parameters(robot: FiveBar | Biglide) -> dict:

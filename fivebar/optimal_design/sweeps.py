@@ -47,10 +47,7 @@ class Sweep(ChunkedTable, Plotted):
         return place_of_design(self.names, np.array([list(self.design(number).values())]))[0]
 
     def best(
-        self,
-        figure: str | None = None,
-        count: int = 1,
-        sense: str | None = None,
+        self, figure: str | None = None, count: int = 1, sense: str | None = None
     ) -> np.ndarray:
         """Return the numbers of the best designs by a figure, the best first.
 

@@ -100,10 +100,7 @@ class Task:
         m, n = self.poses
         if self.table:
             x0, x1, y0, y1 = self.table
-            grid = np.meshgrid(
-                np.linspace(x0, x1, m),
-                np.linspace(y0, y1, n),
-            )
+            grid = np.meshgrid(np.linspace(x0, x1, m), np.linspace(y0, y1, n))
             weights = np.outer(_trapezium(n), _trapezium(m)).ravel()
             return np.stack(grid, axis=-1).reshape(-1, 2), weights, np.full(m * n, np.nan)
         assert self.disc is not None
@@ -114,10 +111,7 @@ class Task:
         y = cy + np.outer(np.sin(phi), rho)
         polar = np.outer(np.full(n, 1 / n), _trapezium(m))
         area = polar * rho
-        points = np.stack([x, y], axis=-1).reshape(
-            -1,
-            2,
-        )
+        points = np.stack([x, y], axis=-1).reshape(-1, 2)
         return points, (area / area.sum()).ravel(), polar.ravel()
 
     @property
@@ -194,11 +188,7 @@ def _table(value, name):
 
 def _disc(value, name):
     x, y, radius = (0.0, 0.0, value) if is_number(value) else _items(value, name, (3,))
-    return (
-        number(x, name),
-        number(y, name),
-        positive(radius, name),
-    )
+    return (number(x, name), number(y, name), positive(radius, name))
 
 
 def _poses(value, name):

@@ -41,19 +41,9 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     cut = np.zeros((2, len(lengths)))  # from the start and from the end of each piece
     is_corner = np.zeros(len(lengths) + 1, dtype=bool)
     is_corner[corner] = True
-    room = lengths * np.where(
-        is_corner[:-1] & is_corner[1:],
-        0.5,
-        0.95,
-    )
+    room = lengths * np.where(is_corner[:-1] & is_corner[1:], 0.5, 0.95)
     most = np.minimum(room[corner - 1], room[corner])
-    reach = _reaches(
-        path,
-        corner,
-        lengths,
-        most,
-        0.999 * deviation,
-    )
+    reach = _reaches(path, corner, lengths, most, 0.999 * deviation)
     corner = corner[reach > 0]
     reach = reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach
@@ -72,18 +62,8 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
             dwells[s] = asked[k]
         if k in blends:
             table = coefficients[blends[k]]
-            blend = Polynomial(
-                np.stack([table.real, table.imag], axis=-1),
-                float(own[blends[k]]),
-            )
-            rows.append(
-                (
-                    blend,
-                    path.pen[k],
-                    min(path.feed[k - 1], path.feed[k]),
-                    path.lines[k],
-                )
-            )
+            blend = Polynomial(np.stack([table.real, table.imag], axis=-1), float(own[blends[k]]))
+            rows.append((blend, path.pen[k], min(path.feed[k - 1], path.feed[k]), path.lines[k]))
             s += blend.length
         first = cut[0, k]
         last = lengths[k] - cut[1, k]
@@ -105,54 +85,31 @@ def _corners(path, curvature):
     n = len(path.pieces)
     before = np.arange(n - 1)
     after = np.arange(1, n)
-    _, d0, c0, _ = path.on(
-        before,
-        [piece.length for piece in path.pieces[:-1]],
-    )
+    _, d0, c0, _ = path.on(before, [piece.length for piece in path.pieces[:-1]])
     _, d1, c1, _ = path.on(after, 0.0)
-    jump = np.linalg.norm(
-        d1 - d0,
-        axis=-1,
-    )
+    jump = np.linalg.norm(d1 - d0, axis=-1)
     jumps = jump > SMOOTH
     size0 = np.linalg.norm(d0, axis=-1)
     size1 = np.linalg.norm(d1, axis=-1)
     cosine = (d0 * d1).sum(axis=-1) / (size0 * size1)
     if curvature:
-        change = np.linalg.norm(
-            c1 - c0,
-            axis=-1,
-        )
+        change = np.linalg.norm(c1 - c0, axis=-1)
         bend0 = np.linalg.norm(c0, axis=-1)
         bend1 = np.linalg.norm(c1, axis=-1)
         jumps |= change > SMOOTH * (bend0 + bend1 + 1 / path.length)
-    dwelt = np.isin(
-        path.knots[1:-1],
-        list(path.dwells),
-    )
+    dwelt = np.isin(path.knots[1:-1], list(path.dwells))
     free = jumps & (np.diff(path.pen) == 0) & ~dwelt
     return after[free & (cosine > BACK)], int((free & (cosine <= BACK)).sum())
 
 
-def _reaches(
-    path,
-    corner,
-    lengths,
-    most,
-    deviation,
-):
+def _reaches(path, corner, lengths, most, deviation):
     """Return how far from each corner, m, its blend begins: as far as the deviation allows."""
     least = np.zeros(len(corner))
     best = np.zeros(len(corner))
     most, reach = most.copy(), np.minimum(most, 4 * deviation)
     left = np.arange(len(corner))
     for _ in range(ROUNDS):
-        off = _off(
-            path,
-            corner[left],
-            lengths,
-            reach[left],
-        )
+        off = _off(path, corner[left], lengths, reach[left])
         kept = off <= deviation
         best[left[kept]] = least[left[kept]] = reach[left[kept]]
         most[left[~kept]] = reach[left[~kept]]
@@ -164,19 +121,14 @@ def _reaches(
         # It goes as a power of the reach: the first at corners, a higher one where only the
         # curvature jumps.
         guess = reach[left] * np.minimum(
-            (1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100),
-            10,
+            (1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100), 10
         )
         inside = (guess > least[left]) & (guess < most[left])
         last = guess >= most[left]
         reach[left] = np.where(
             inside,
             guess,
-            np.where(
-                last & (most[left] > reach[left]),
-                most[left],
-                (least[left] + most[left]) / 2,
-            ),
+            np.where(last & (most[left] > reach[left]), most[left], (least[left] + most[left]) / 2),
         )
     return best
 
@@ -206,10 +158,7 @@ def _off(path, corner, lengths, reach):
         own = corner[part]
         far = reach[part, None]
         blend = _blends(path, own, lengths, reach[part])[0] @ powers.T
-        before = path.on(
-            own[:, None] - 1,
-            lengths[own - 1][:, None] - far * (1 - ALONG),
-        )[0]
+        before = path.on(own[:, None] - 1, lengths[own - 1][:, None] - far * (1 - ALONG))[0]
         after = path.on(own[:, None], far * ALONG)[0]
         sides = np.concatenate([before, after[:, 1:]], axis=1) @ (1, 1j)
         found[part] = np.maximum(_to_polyline(blend, sides), _to_polyline(sides, blend))
@@ -221,9 +170,5 @@ def _to_polyline(points, line):
     chord = np.diff(line)[:, None, :]
     away = points[:, :, None] - line[:, None, :-1]
     square = np.abs(chord) ** 2
-    along = np.clip(
-        (away * chord.conj()).real / np.where(square > 0, square, 1.0),
-        0,
-        1,
-    )
+    along = np.clip((away * chord.conj()).real / np.where(square > 0, square, 1.0), 0, 1)
     return np.abs(away - along * chord).min(axis=2).max(axis=1)

@@ -99,20 +99,8 @@ class Path(Plotted):
                 )
         n = len(pieces)
         pen = _each(self.pen, True, _true_or_false, n, "pen")
-        feed = _each(
-            self.feed,
-            np.inf,
-            _speed,
-            n,
-            "feed",
-        )
-        lines = _each(
-            self.lines,
-            None,
-            optional(whole(1, 10**12)),
-            n,
-            "lines",
-        )
+        feed = _each(self.feed, np.inf, _speed, n, "feed")
+        lines = _each(self.lines, None, optional(whole(1, 10**12)), n, "lines")
         for name, value in (
             ("pieces", pieces),
             ("pen", pen),
@@ -125,10 +113,7 @@ class Path(Plotted):
         order = np.arange(n)
         starts = self._on_pieces(order, np.zeros(n))[0]
         ends = self._on_pieces(order, np.array([piece.length for piece in pieces]))[0]
-        gap = np.linalg.norm(
-            starts[1:] - ends[:-1],
-            axis=-1,
-        )
+        gap = np.linalg.norm(starts[1:] - ends[:-1], axis=-1)
         if gap.max(initial=0.0) > GAP * (np.abs(ends).max() + self.length):
             k = int(gap.argmax())
             raise ValueError(
@@ -148,15 +133,9 @@ class Path(Plotted):
             knot = float(self._edges[k])
             rests[knot] = rests.get(knot, 0.0) + not_negative(seconds, "Path: seconds of dwells")
         object.__setattr__(
-            self,
-            "dwells",
-            {s: seconds for s, seconds in sorted(rests.items()) if seconds},
+            self, "dwells", {s: seconds for s, seconds in sorted(rests.items()) if seconds}
         )
-        object.__setattr__(
-            self,
-            "stops",
-            tuple(Stop(*each) for each in sorted(rests.items())),
-        )
+        object.__setattr__(self, "stops", tuple(Stop(*each) for each in sorted(rests.items())))
         if self.tool is not None:
             instance("MountedTool")(self.tool, "Path: tool")
             self.tool.refuse_unreached(self)
@@ -208,19 +187,12 @@ class Path(Plotted):
             raise ValueError(
                 f"Path: s must be from 0 to {self.length:g} m, not {shown(s[outside].tolist())}"
             )
-        k = np.clip(
-            np.searchsorted(self._edges, inside, side="right") - 1,
-            0,
-            len(self.pieces) - 1,
-        )
+        k = np.clip(np.searchsorted(self._edges, inside, side="right") - 1, 0, len(self.pieces) - 1)
         return self.on(k, inside - self._edges[k])
 
     def on(self, k: ArrayLike, s: ArrayLike) -> tuple[np.ndarray, ...]:
         """As path(s), on pieces[k] at s from 0 to its own length; k, s: numbers or (n,)."""
-        k, s = np.broadcast_arrays(
-            np.asarray(k),
-            np.asarray(s, float),
-        )
+        k, s = np.broadcast_arrays(np.asarray(k), np.asarray(s, float))
         found = self._on_pieces(k.ravel(), s.ravel())
         if self.tool is not None:
             found = self.tool.carried(found)
@@ -233,18 +205,11 @@ class Path(Plotted):
             if not at.any():
                 continue
             if is_arc[k[at][0]]:
-                found[:, at] = on_arcs(
-                    arcs[own[k[at]]],
-                    s[at],
-                )
+                found[:, at] = on_arcs(arcs[own[k[at]]], s[at])
             else:
                 u = s[at] / lengths[own[k[at]]]
                 powers = u[:, None] ** np.arange(tables.shape[2])
-                found[:, at] = np.einsum(
-                    "nj,nojc->onc",
-                    powers,
-                    tables[own[k[at]]],
-                )
+                found[:, at] = np.einsum("nj,nojc->onc", powers, tables[own[k[at]]])
         return found
 
     @cached_property
@@ -340,13 +305,7 @@ def _true_or_false(value, name):
     return bool(value)
 
 
-def _each(
-    given: Iterable | None,
-    usual,
-    rule,
-    n,
-    name,
-):
+def _each(given: Iterable | None, usual, rule, n, name):
     if given is None:
         values = (usual,) * n
     else:

@@ -44,20 +44,11 @@ class Ellipse:
     t1: float
 
     def __post_init__(self) -> None:
-        _refuse_far(
-            "an ellipse",
-            self.centre,
-            self.a,
-            self.b,
-        )
+        _refuse_far("an ellipse", self.centre, self.a, self.b)
 
     def moved(self, by: complex, turned: complex) -> Ellipse:
         return Ellipse(
-            by + turned * self.centre,
-            turned * self.a,
-            turned * self.b,
-            self.t0,
-            self.t1,
+            by + turned * self.centre, turned * self.a, turned * self.b, self.t0, self.t1
         )
 
 
@@ -130,14 +121,7 @@ def _quintics(curve, rows, start, end):
     return quintic((first, last), length).T, length
 
 
-def _off(
-    curve,
-    rows,
-    start,
-    end,
-    coefficients,
-    length,
-):
+def _off(curve, rows, start, end, coefficients, length):
     """Return the largest distances from the curves; inf where the speed is not nearly 1."""
     powers = SEEN[:, None] ** np.arange(6)
     derivatives = powers[:, :5] * np.arange(1, 6)
@@ -151,16 +135,8 @@ def _off(
     for _ in range(6):  # to the foot of each point
         z, dz, _ = curve(rows[:, None], t)
         square = np.abs(dz) ** 2
-        t = np.clip(
-            t + ((p - z) * dz.conj()).real / np.where(square > 0, square, 1.0),
-            low,
-            high,
-        )
-    return np.where(
-        steady,
-        np.abs(curve(rows[:, None], t)[0] - p).max(axis=1),
-        np.inf,
-    )
+        t = np.clip(t + ((p - z) * dz.conj()).real / np.where(square > 0, square, 1.0), low, high)
+    return np.where(steady, np.abs(curve(rows[:, None], t)[0] - p).max(axis=1), np.inf)
 
 
 class _Curves:
@@ -175,28 +151,12 @@ class _Curves:
         lost = (
             speed <= 1e-9 * self.size[rows]
         )  # handles in one point: the direction is that of the next derivative
-        toward = np.where(
-            lost,
-            side * ddz,
-            dz,
-        )
+        toward = np.where(lost, side * ddz, dz)
         still = np.abs(toward) <= 1e-9 * self.size[rows]
-        toward = np.where(
-            still,
-            self.third(rows),
-            toward,
-        )
+        toward = np.where(still, self.third(rows), toward)
         size = np.abs(toward)
-        tangent = np.where(
-            size > 0,
-            toward / np.where(size > 0, size, 1.0),
-            1.0,
-        )
-        curvature = np.where(
-            lost,
-            0.0,
-            (dz.conj() * ddz).imag / np.where(lost, 1.0, speed) ** 3,
-        )
+        tangent = np.where(size > 0, toward / np.where(size > 0, size, 1.0), 1.0)
+        curvature = np.where(lost, 0.0, (dz.conj() * ddz).imag / np.where(lost, 1.0, speed) ** 3)
         return z, tangent, 1j * curvature * tangent
 
 

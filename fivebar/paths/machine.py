@@ -186,10 +186,7 @@ class Machine:
         return positive(per_turn, f"{unit} per turn") / (2 * math.pi)
 
     def save(
-        self,
-        path: TextFile,
-        sd: Mapping[str, float] = {},
-        comments: tuple[str, ...] = (),
+        self, path: TextFile, sd: Mapping[str, float] = {}, comments: tuple[str, ...] = ()
     ) -> None:
         """Write it as TOML, which `load_machine`, `load_robot` and `--robot` read.
 
@@ -204,10 +201,7 @@ class Machine:
         """
         tables: dict[str, Any] = {}
         if self.reads_otherwise:
-            tables["readings"] = {
-                "offset": self.offset,
-                "ratio": self.ratio,
-            }
+            tables["readings"] = {"offset": self.offset, "ratio": self.ratio}
         if self.frame != Placement():
             tables["frame"] = asdict(self.frame)
         kept = self.constraints
@@ -224,13 +218,7 @@ class Machine:
             tables["tool"] = asdict(self.tool)
         if self.measured:
             tables["measured"] = {"modes": self.measured}
-        write_robot(
-            path,
-            self.robot,
-            sd,
-            comments,
-            tables,
-        )
+        write_robot(path, self.robot, sd, comments, tables)
 
 
 def _signs(modes):
@@ -294,13 +282,7 @@ def machine_and_defaults(path: TextFile) -> tuple[Machine, list[str]]:
 
 def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine:
     """Return the machine of a robot and the tables of a robot file beside it."""
-    parts = [
-        {"offset", "ratio"},
-        _names(Placement),
-        _names(Constraints),
-        _names(Tool),
-        {"modes"},
-    ]
+    parts = [{"offset", "ratio"}, _names(Placement), _names(Constraints), _names(Tool), {"modes"}]
     for name, known in zip(SECTIONS, parts):
         _refuse_unknown(name, sections.get(name, {}), known)
     constraints: dict[str, Any] = dict(sections.get("constraints", {}))

@@ -50,11 +50,7 @@ class Line:
         positive(self.length, "Line: its length, m,")
 
     def __repr__(self) -> str:
-        return one_line(
-            "Line",
-            vector("from", self.start, "m"),
-            vector("to", self.end, "m"),
-        )
+        return one_line("Line", vector("from", self.start, "m"), vector("to", self.end, "m"))
 
     @cached_property
     def length(self) -> float:
@@ -67,8 +63,7 @@ class Line:
 
     def __call__(self, s: ArrayLike) -> tuple[np.ndarray, ...]:
         return _values(
-            derivatives(self.coefficients, self.length),
-            np.asarray(s, float) / self.length,
+            derivatives(self.coefficients, self.length), np.asarray(s, float) / self.length
         )
 
     def part(self, first: float, last: float) -> Line:
@@ -122,10 +117,7 @@ class Arc:
     def __repr__(self) -> str:
         turned = f"from {self.angle0:.6g} to {self.angle1:.6g} rad"
         return one_line(
-            "Arc",
-            vector("about", self.centre, "m"),
-            f"radius {self.radius:.6g} m",
-            turned,
+            "Arc", vector("about", self.centre, "m"), f"radius {self.radius:.6g} m", turned
         )
 
     @property
@@ -147,8 +139,7 @@ class Arc:
 
     def __call__(self, s: ArrayLike) -> tuple[np.ndarray, ...]:
         return on_arcs(
-            np.array([*self.centre, self.radius, self.angle0, self.side]),
-            np.asarray(s, float),
+            np.array([*self.centre, self.radius, self.angle0, self.side]), np.asarray(s, float)
         )
 
     def part(self, first: float, last: float) -> Arc:
@@ -163,12 +154,7 @@ class Arc:
         """Return the piece with each point z = x + i y moved to by + turned z."""
         turn = math.atan2(turned.imag, turned.real)
         centre = _xy(by + turned * complex(*self.centre))
-        return Arc(
-            centre,
-            self.radius * abs(turned),
-            self.angle0 + turn,
-            self.angle1 + turn,
-        )
+        return Arc(centre, self.radius * abs(turned), self.angle0 + turn, self.angle1 + turn)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,11 +189,7 @@ class Polynomial:
 
     def __repr__(self) -> str:
         ends = vector("from", tuple(self.start), "m"), vector("to", tuple(self.end), "m")
-        return one_line(
-            "Polynomial",
-            f"degree {len(self.coefficients) - 1}",
-            *ends,
-        )
+        return one_line("Polynomial", f"degree {len(self.coefficients) - 1}", *ends)
 
     @property
     def start(self) -> np.ndarray:
@@ -250,10 +232,7 @@ class Polynomial:
         """Return the piece with each point z = x + i y moved to by + turned z."""
         z = turned * (self.coefficients @ (1, 1j))
         z[0] += by
-        return Polynomial(
-            np.stack([z.real, z.imag], axis=-1),
-            self.length * abs(turned),
-        )
+        return Polynomial(np.stack([z.real, z.imag], axis=-1), self.length * abs(turned))
 
 
 Piece = Line | Arc | Polynomial
@@ -275,17 +254,8 @@ def on_arcs(arcs: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, ...]:
     """
     x, y, radius, angle, side = np.moveaxis(arcs, -1, 0)
     angle = angle + side * s / radius
-    u = np.stack(
-        [np.cos(angle), np.sin(angle)],
-        axis=-1,
-    )
-    v = (
-        np.stack(
-            [-u[..., 1], u[..., 0]],
-            axis=-1,
-        )
-        * np.asarray(side)[..., None]
-    )
+    u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    v = np.stack([-u[..., 1], u[..., 0]], axis=-1) * np.asarray(side)[..., None]
     radius = np.asarray(radius)[..., None]
     return np.stack([x, y], axis=-1) + radius * u, v, -u / radius, -v / radius**2
 

@@ -83,18 +83,10 @@ class Placement:
     def after(self, first: Placement) -> Placement:
         """Return the placement that does `first` and then this one."""
         z = complex(*self.shift) + self.turned * complex(*first.shift)
-        return Placement(
-            (z.real, z.imag),
-            self.turn + first.turn,
-            self.scale * first.scale,
-        )
+        return Placement((z.real, z.imag), self.turn + first.turn, self.scale * first.scale)
 
     @property
     def inverse(self) -> Placement:
         """Return the inverse placement."""
         z = -complex(*self.shift) / self.turned
-        return Placement(
-            (z.real, z.imag),
-            -self.turn,
-            1 / self.scale,
-        )
+        return Placement((z.real, z.imag), -self.turn, 1 / self.scale)

@@ -14,17 +14,8 @@ def outlines(path: Path, each: int = 33) -> list[np.ndarray]:
     """Return the strokes of a path as points (n, 2) m, `each` of them on a piece."""
     found = []
     for rows in runs(np.array(path.pen)):
-        k, u = np.meshgrid(
-            np.arange(rows.start, rows.stop),
-            np.linspace(0, 1, each),
-            indexing="ij",
-        )
-        found.append(
-            path.on(k, u * np.diff(path.knots)[k])[0].reshape(
-                -1,
-                2,
-            )
-        )
+        k, u = np.meshgrid(np.arange(rows.start, rows.stop), np.linspace(0, 1, each), indexing="ij")
+        found.append(path.on(k, u * np.diff(path.knots)[k])[0].reshape(-1, 2))
     return found
 
 
@@ -97,11 +88,6 @@ def cut(path: Path) -> list[Path]:
         last = path.knots[rows.stop]
         dwells = {s - first: seconds for s, seconds in path.dwells.items() if first <= s <= last}
         found.append(
-            Path(
-                path.pieces[rows],
-                dwells=dwells,
-                feed=path.feed[rows],
-                lines=path.lines[rows],
-            )
+            Path(path.pieces[rows], dwells=dwells, feed=path.feed[rows], lines=path.lines[rows])
         )
     return found

@@ -127,35 +127,19 @@ class Tool:
             points = np.asarray(point, float)
             lost_point = points[index]
             reason = mounted.reason(lost_point)
-            raise UnreachableError(
-                f"Tool: {reason}",
-                mounted.gap(lost_point),
-                index or None,
-            )
+            raise UnreachableError(f"Tool: {reason}", mounted.gap(lost_point), index or None)
         legs = zip(robot.drives, robot.distal)
         far = 10 * sum(drive.length + bar for drive, bar in legs)
         # Out of all reach, as `igm` takes no nan.
-        joint = np.where(
-            lost[..., None],
-            far,
-            joint,
-        )
-        return igm(
-            robot,
-            joint,
-            mounted.working,
-            unreachable,
-        )
+        joint = np.where(lost[..., None], far, joint)
+        return igm(robot, joint, mounted.working, unreachable)
 
     def point(self, pose: Pose) -> np.ndarray:
         """Return where the tool is (*batch, 2), m, in a pose of its robot."""
         ux, uy = pose.u2[self.leg - 1]
         x, y = pose.point
         return np.stack(
-            [
-                x + self.along * ux - self.across * uy,
-                y + self.along * uy + self.across * ux,
-            ],
+            [x + self.along * ux - self.across * uy, y + self.along * uy + self.across * ux],
             axis=-1,
         )
 
@@ -181,10 +165,7 @@ class Tool:
         """Return the tool's Jacobian (*batch, 2, 2): its velocity is J q'."""
         k = self.leg - 1
         u = np.stack(pose.u2[k], axis=-1)
-        v = np.stack(
-            [-u[..., 1], u[..., 0]],
-            axis=-1,
-        )
+        v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
         bar = pose.robot.distal[k]
         drive = pose.robot.drives[k]
         tangent = drive.tangent(pose.legs[k].direction)
@@ -284,11 +265,7 @@ class MountedTool:
         point = finite_numbers(point, "Tool: point")
         if point.shape[-1:] != (2,):
             raise ValueError(f"Tool: point must be (*batch, 2), not {shown(point.shape)}")
-        dyad = self._drive.close(
-            (point[..., 0], point[..., 1]),
-            self.reach,
-            self.branch,
-        )
+        dyad = self._drive.close((point[..., 0], point[..., 1]), self.reach, self.branch)
         ux, uy = dyad.last
         along = self.reach * (ux + 1j * uy)
         z = point @ (1, 1j) + self.factor * along
@@ -297,11 +274,7 @@ class MountedTool:
         sine = ((z - self._drive.x).conjugate() * bar).imag
         folded = self._mode * sine >= 0
         joint = np.stack([z.real, z.imag], axis=-1)
-        return np.where(
-            folded[..., None],
-            np.nan,
-            joint,
-        )
+        return np.where(folded[..., None], np.nan, joint)
 
     def series(self, x: Series, y: Series) -> tuple[Series, Series, Series]:
         """Return the coordinates of C with all derivatives that the tool's have.
@@ -324,11 +297,7 @@ class MountedTool:
         ey = (lead * y - across * rx) * scale
         sine = across * (1 + k.real) - (lead - r * r) * k.imag
         keeps = sine * self._mode
-        return (
-            x + ex * k.real - ey * k.imag,
-            y + ey * k.real + ex * k.imag,
-            keeps,
-        )
+        return (x + ex * k.real - ey * k.imag, y + ey * k.real + ex * k.imag, keeps)
 
     def reference(self, drawn: Trajectory) -> LedTrajectory:
         """Return the motion of joint C that leads the tool as `drawn` has it."""
@@ -357,13 +326,7 @@ class MountedTool:
         x = Series(terms[..., 0], rounding[..., 0])
         y = Series(terms[..., 1], rounding[..., 1])
         cx, cy, _ = self.series(x, y)
-        return np.stack(
-            [
-                cx.m * factorials,
-                cy.m * factorials,
-            ],
-            axis=-1,
-        )
+        return np.stack([cx.m * factorials, cy.m * factorials], axis=-1)
 
     def refuse_unreached(self, path: Path) -> None:
         """Refuse a path of the tool, unless enclosures prove that it is reached in the modes.
@@ -376,13 +339,7 @@ class MountedTool:
         least = FINEST * path.length
         self._refuse_first(path, path.knots)
         while len(piece):
-            x, y = place_series(
-                path,
-                piece,
-                first,
-                last,
-                1,
-            )
+            x, y = place_series(path, piece, first, last, 1)
             _, _, keeps = self.series(x, y)
             left = ~(keeps.m[0] > keeps.r[0])  # nan is left, too
             piece = piece[left]
@@ -411,8 +368,7 @@ class MountedTool:
         line = path.line_of(s)
         of_file = f" (line {line})" if line else ""
         raise UnreachableError(
-            f"Tool: at s = {s:.6g} m of the path{of_file} {self.reason(point)}",
-            self.gap(point),
+            f"Tool: at s = {s:.6g} m of the path{of_file} {self.reason(point)}", self.gap(point)
         )
 
     def gap(self, point: np.ndarray) -> float:
@@ -420,11 +376,7 @@ class MountedTool:
         l1, _ = self._bars
         inner, _ = self._radii
         distance = self._distance(point)
-        return max(
-            distance - l1 - self.reach,
-            inner - distance,
-            0.0,
-        )
+        return max(distance - l1 - self.reach, inner - distance, 0.0)
 
     def _distance(self, point):
         """Return the distance, m, of a point (2,) from the base joint."""

@@ -18,15 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 METHOD = "legendre-gauss"  # as files of plans name the scheme
-LIMITS = (
-    "torque",
-    "joint_speed",
-    "acceleration",
-    "poses",
-    "sin",
-    "det_A",
-    "functions",
-)
+LIMITS = ("torque", "joint_speed", "acceleration", "poses", "sin", "det_A", "functions")
 
 
 class Scheme:
@@ -93,16 +85,8 @@ class Pieces:
 
     def locate(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return interval and place in it, in [0, 1], of times (...) in s."""
-        k = np.clip(
-            np.searchsorted(self.knots, t, side="right") - 1,
-            0,
-            len(self.xi) - 1,
-        )
-        return k, np.clip(
-            (t - self.knots[k]) / self.widths[k],
-            0.0,
-            1.0,
-        )
+        k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.xi) - 1)
+        return k, np.clip((t - self.knots[k]) / self.widths[k], 0.0, 1.0)
 
     @cached_property
     def _table(self):

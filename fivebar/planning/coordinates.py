@@ -13,18 +13,8 @@ import casadi as ca
 import numpy as np
 
 from ..models.charts import BarAngles
-from ..models.dynamics import (
-    bar_force_dynamics,
-    drives_forces,
-    forward_dynamics,
-)
-from ..models.four_joints import (
-    bars_of,
-    bars_pose,
-    bars_rates,
-    closed,
-    closure_columns,
-)
+from ..models.dynamics import bar_force_dynamics, drives_forces, forward_dynamics
+from ..models.four_joints import bars_of, bars_pose, bars_rates, closed, closure_columns
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, Rates, ikm, ikm2
 from ..models.physics import physics_of
@@ -47,36 +37,17 @@ class TaskCoordinates:
 
     def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
         """Return the Accelerations of a motion (..., 6 or more); nan out of reach."""
-        pose = igm(
-            robot,
-            motion[..., :2],
-            self.working,
-            unreachable="nan",
-        )
-        return ikm2(
-            ikm(pose, motion[..., 2:4]),
-            motion[..., 4:6],
-        )
+        pose = igm(robot, motion[..., :2], self.working, unreachable="nan")
+        return ikm2(ikm(pose, motion[..., 2:4]), motion[..., 4:6])
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
         """Return |m xi'' - A^T lambda|, N, with lambda = B^-1 (tau - Z q'')."""
-        push, _ = bar_force_dynamics(
-            acc,
-            drives_forces(acc, (motion[..., -2], motion[..., -1])),
-        )
+        push, _ = bar_force_dynamics(acc, drives_forces(acc, (motion[..., -2], motion[..., -1])))
         return np.hypot(*push)
 
-    def point(
-        self,
-        program: NonlinearProgram,
-        c: list,
-        control: ca.SX,
-    ) -> tuple:
+    def point(self, program: NonlinearProgram, c: list, control: ca.SX) -> tuple:
         """Return residual, tau, Accelerations at c, c', c'' (SI) and scaled controls."""
-        acc = ikm2(
-            ikm(igm(program.problem.model, c[0], self.working), c[1]),
-            c[2],
-        )
+        acc = ikm2(ikm(igm(program.problem.model, c[0], self.working), c[1]), c[2])
         forces = program.force * control[0], program.force * control[1]
         push, tau = bar_force_dynamics(acc, forces)
         return ca.vertcat(*push) / program.force, ca.vertcat(*tau), acc
@@ -115,12 +86,7 @@ class BarCoordinates:
 
     def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
         components = [motion[..., k] for k in range(12)]
-        return _accelerations(
-            robot,
-            components[:4],
-            components[4:8],
-            components[8:],
-        )
+        return _accelerations(robot, components[:4], components[4:8], components[8:])
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
         """Return mass x bar x the accelerations that the torques do not explain, N."""
@@ -134,12 +100,7 @@ class BarCoordinates:
             mass = abs(robot.m) + turning / robot.distal[0] ** 2
         return mass * max(robot.distal) * np.abs(error).max(axis=-1)
 
-    def point(
-        self,
-        program: NonlinearProgram,
-        c: list,
-        control: ca.SX,
-    ) -> tuple:
+    def point(self, program: NonlinearProgram, c: list, control: ca.SX) -> tuple:
         robot = program.problem.model
         acc = _accelerations(robot, *(ca.vertsplit(value) for value in c))
         tau = program.torque * control
@@ -220,11 +181,7 @@ def _accelerations(robot, a, a_dot, a_ddot):
     across = across * a_dot[0] ** 2 + bar * a_ddot[1]
     x_ddot = tx * a_ddot[0] + along * ux - across * uy
     y_ddot = ty * a_ddot[0] + along * uy + across * ux
-    return Accelerations(
-        rates,
-        (a_ddot[0], a_ddot[2]),
-        (x_ddot, y_ddot),
-    )
+    return Accelerations(rates, (a_ddot[0], a_ddot[2]), (x_ddot, y_ddot))
 
 
 def tangent(robot, bars: np.ndarray) -> np.ndarray:

@@ -106,21 +106,13 @@ def crossing_polynomial(
         )
     x, y = pose.u2[0]  # across t_s
     passes = crossing_acceleration(
-        pose,
-        np.array(velocity),
-        x * acceleration[0] + y * acceleration[1],
+        pose, np.array(velocity), x * acceleration[0] + y * acceleration[1]
     )
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     t0, ts, t1 = times
     middle = {0: crossing, 1: velocity, 2: passes}
     try:
-        return polynomial(
-            [
-                (t0, {0: start, **rest}),
-                (ts, middle),
-                (t1, {0: goal, **rest}),
-            ]
-        )
+        return polynomial([(t0, {0: start, **rest}), (ts, middle), (t1, {0: goal, **rest})])
     except ValueError as error:
         raise ValueError(
             f"crossing_polynomial: from start to goal at times {shown(times)}: {error}"

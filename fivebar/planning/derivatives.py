@@ -32,11 +32,7 @@ class Derivatives:
         self.objective, self.constraints = program(at)
         # w = (x, y(x)) and its derivatives by x.
         slopes = _scattered(
-            slope.map(count)(inputs),
-            slope.sparsity_out(0),
-            rows,
-            columns,
-            (y.numel(), x.numel()),
+            slope.map(count)(inputs), slope.sparsity_out(0), rows, columns, (y.numel(), x.numel())
         )
         total = ca.vertcat(ca.MX.eye(x.numel()), slopes)
         first = program.factory("first", ["w"], ["g", "jac:g:w"])
@@ -64,11 +60,7 @@ class Derivatives:
         none = ca.MX.sym("p", 0)
         self.options = {
             "jac_g": ca.Function(
-                "jac_g",
-                [x, none],
-                [g, g_w @ total],
-                ["x", "p"],
-                ["g", "jac_g_x"],
+                "jac_g", [x, none], [g, g_w @ total], ["x", "p"], ["g", "jac_g_x"]
             ),
             "hess_lag": ca.Function(
                 "hess_lag",
@@ -90,10 +82,7 @@ def _at_one_point(point):
     weight = ca.SX.sym("weight", outputs.numel())
     jacobian = ca.jacobian(outputs, z)
     hessian, _ = ca.hessian(ca.dot(weight, outputs), z)
-    return (
-        ca.Function("slope", [z], [jacobian]),
-        ca.Function("bend", [z, weight], [hessian]),
-    )
+    return (ca.Function("slope", [z], [jacobian]), ca.Function("bend", [z, weight], [hessian]))
 
 
 def _is_among(symbol, symbols):
@@ -118,9 +107,6 @@ def _scattered(blocks, sparsity, rows, columns, shape):
     """Return a sparse matrix of the blocks of all points, side by side in `blocks`."""
     i, j = map(np.array, sparsity.get_triplet())
     pattern, order = ca.Sparsity.triplet(
-        *shape,
-        rows[:, i].ravel().tolist(),
-        columns[:, j].ravel().tolist(),
-        False,
+        *shape, rows[:, i].ravel().tolist(), columns[:, j].ravel().tolist(), False
     )
     return ca.MX(pattern, blocks.nz[:][order])

@@ -33,19 +33,14 @@ def guess_again(plan: Plan, found: PlanSolution) -> Guess:
 
     def guess(t):
         motion = plan.motion(t)
-        controls = _interpolated(
-            t,
-            plan.nodes,
-            found.controls,
-        )
+        controls = _interpolated(t, plan.nodes, found.controls)
         return np.column_stack([motion[..., :-2], controls])
 
     return guess
 
 
 def first_guess(
-    problem: Problem,
-    paths: list[np.ndarray] | None = None,
+    problem: Problem, paths: list[np.ndarray] | None = None
 ) -> tuple[Guess, np.ndarray]:
     """Return (times -> (n, 8 or 14), duration of each phase), from rest to rest along paths.
 
@@ -65,21 +60,9 @@ def first_guess(
     for path in paths:
         steps = np.ones(len(path) - 1) if even else _steps(path)
         along = np.append(0.0, np.cumsum(steps))
-        xi = _interpolated(
-            blend * along[-1],
-            along,
-            path,
-        )
-        xi_dot = np.gradient(
-            xi,
-            sigma,
-            axis=0,
-        )
-        xi_ddot = np.gradient(
-            xi_dot,
-            sigma,
-            axis=0,
-        )
+        xi = _interpolated(blend * along[-1], along, path)
+        xi_dot = np.gradient(xi, sigma, axis=0)
+        xi_ddot = np.gradient(xi_dot, sigma, axis=0)
         motions.append((xi, xi_dot, xi_ddot))
     durations = shares / shares.sum()
     timed = problem.timed
@@ -107,8 +90,7 @@ def first_guess(
 def _in_time(derivatives, duration):
     """Return the motion (n, 6) of a phase from its derivatives by the share of its duration."""
     return np.concatenate(
-        [value / duration**order for order, value in enumerate(derivatives)],
-        axis=1,
+        [value / duration**order for order, value in enumerate(derivatives)], axis=1
     )
 
 
@@ -117,17 +99,10 @@ def _steps(path):
 
 
 def _interpolated(x, nodes, table):
-    return np.stack(
-        [np.interp(x, nodes, column) for column in table.T],
-        axis=-1,
-    )
+    return np.stack([np.interp(x, nodes, column) for column in table.T], axis=-1)
 
 
-def _time_needed(
-    problem,
-    derivatives,
-    duration,
-):
+def _time_needed(problem, derivatives, duration):
     """Return the factor by which a phase of `duration` is to be stretched.
 
     Torque goes as 1 / time^2, speed as 1 / time.
@@ -140,20 +115,12 @@ def _time_needed(
     tau = np.zeros((1, 2))
     if regular.any():
         tau = inverse_dynamics(problem.accelerations(motion[regular]))
-    xi_dddot = np.gradient(
-        acc.xi_ddot,
-        duration / 200,
-        axis=0,
-    )
+    xi_dddot = np.gradient(acc.xi_ddot, duration / 200, axis=0)
     effort = _mean_square(tau) * duration
     jerk = _mean_square(xi_dddot) * duration
     by_effort = 3 * weights["effort"] * effort / weights["time"] / duration
     by_jerk = 5 * weights["jerk"] * jerk / weights["time"] / duration
-    factors = [
-        1e-3,
-        by_effort**0.25,
-        by_jerk ** (1 / 6),
-    ]
+    factors = [1e-3, by_effort**0.25, by_jerk ** (1 / 6)]
     joint_speed = np.abs(acc.rates.q_dot)
     if limits.torque is not None:
         used = np.abs(tau) / limits.torque
@@ -209,23 +176,13 @@ def _path(problem, a, b):
         ends.append(int(nearest))
     first, last = ends
     graph = coo_array((cost, (i, j)), shape=(GRID**2,) * 2)
-    _, before = dijkstra(
-        graph.tocsr(),
-        directed=False,
-        indices=first,
-        return_predecessors=True,
-    )
+    _, before = dijkstra(graph.tocsr(), directed=False, indices=first, return_predecessors=True)
     way = [last]
     while way[-1] != first:
         way.append(int(before[way[-1]]))
     path = np.concatenate([[a], nodes[way[::-1]], [b]])
     worst = path[np.argmax(_blocked(problem, path))]
-    pose = igm(
-        problem.robot,
-        worst,
-        problem.working,
-        unreachable="nan",
-    )
+    pose = igm(problem.robot, worst, problem.working, unreachable="nan")
     gap = -pose.reach_margin
     if gap > 0:
         x, y = worst
@@ -237,45 +194,25 @@ def _path(problem, a, b):
         )
     along = np.append(0.0, np.cumsum(_steps(path)))
     even = np.linspace(0, along[-1], 101)
-    path = _interpolated(
-        even,
-        along,
-        path,
-    )
+    path = _interpolated(even, along, path)
     allowed = np.maximum(_blocked(problem, path), 0.0)
     for _ in range(SMOOTHINGS):
         smooth = path.copy()
         neighbours = path[:-2] + path[2:]
         smooth[1:-1] = (neighbours + 2 * path[1:-1]) / 4
         keeps = _blocked(problem, smooth) <= allowed
-        path = np.where(
-            keeps[:, None],
-            smooth,
-            path,
-        )
+        path = np.where(keeps[:, None], smooth, path)
     return path
 
 
 def _blocked(problem, xi):
     """Return the violations of limits at points (n, 2), over their units; > 1 out of reach."""
-    pose = igm(
-        problem.robot,
-        xi,
-        problem.working,
-        unreachable="nan",
-    )
+    pose = igm(problem.robot, xi, problem.working, unreachable="nan")
     excess = problem.violations(sines=problem.signed_sines(pose))
     if problem.constraints.region:
         corners = np.array(problem.constraints.region) @ (1, 1j)
         excess["region"] = -distance_inside(corners, xi @ (1, 1j))
-    worst = np.max(
-        [value / problem.unit(name) for name, value in excess.items()],
-        axis=0,
-    )
+    worst = np.max([value / problem.unit(name) for name, value in excess.items()], axis=0)
     beyond = np.minimum(pose.reach_margin, 0)
     unreachable = 2 - 10 * beyond / problem.length
-    return np.where(
-        np.isnan(worst),
-        unreachable,
-        worst,
-    )
+    return np.where(np.isnan(worst), unreachable, worst)

@@ -13,20 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.checks import (
-    instance,
-    number,
-    optional,
-    positive,
-    takes,
-    whole,
-)
+from ..base.checks import instance, number, optional, positive, takes, whole
 from ..base.checks import robot as must_be_robot
-from ..constraints.constraints import (
-    ON_POSES,
-    Constraints,
-    refuse_others,
-)
+from ..constraints.constraints import ON_POSES, Constraints, refuse_others
 from ..models.geometry import Pose, igm
 from .collocation import LIMITS, Scheme
 from .functions import OwnFunctions
@@ -210,11 +199,7 @@ def plan(
     if free:
         ways = ways_between(robot, start, goal, duration, via)
         problems = [
-            (
-                Problem(robot, stops, None, weights, constraints, rule, own),
-                paths,
-                length,
-            )
+            (Problem(robot, stops, None, weights, constraints, rule, own), paths, length)
             for stops, paths, length in ways
         ]
         found = None
@@ -336,19 +321,13 @@ def _best(problems, collocation, began):
     while candidates:
         before = current
         current = min(
-            candidates,
-            key=lambda one: one.plan.objective * (1 - BETTER * (one is before)),
+            candidates, key=lambda one: one.plan.objective * (1 - BETTER * (one is before))
         )
         parts = current.search.parts(current.plan)
         if parts is None:
             return replace(current.plan, tried=tried)
         try:
-            refined = current.search.refine(
-                current.mesh,
-                current.solution,
-                current.plan,
-                parts,
-            )
+            refined = current.search.refine(current.mesh, current.solution, current.plan, parts)
             current.mesh, current.solution, current.plan = refined
         except PlanError as error:
             last = error
@@ -416,10 +395,7 @@ class _PlanSearch:
         """
         excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
         for name, value in plan._exceeded.items():
-            excess = np.fmax(
-                excess,
-                value.max(axis=1) / self.problem.unit(name),
-            )
+            excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
         order = len(self.problem.scheme.c)  # of the defect between nodes
         needed = np.ceil((2 * excess / self.tolerance) ** (1 / order))
         parts = np.clip(needed, 2, MOST_PARTS).astype(int)
@@ -444,16 +420,7 @@ class _PlanSearch:
 
     def solve(self, mesh, durations, guess, elastic=False, iterations=None, near=0.0):
         left = self.collocation.max_time - self.worked
-        found = solve(
-            self.problem,
-            mesh,
-            durations,
-            guess,
-            left,
-            elastic,
-            iterations,
-            near,
-        )
+        found = solve(self.problem, mesh, durations, guess, left, elastic, iterations, near)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
         seconds = time.perf_counter() - self.began[0]  # what a user waits

@@ -41,12 +41,7 @@ COLUMNS = (
     "lambda1",
     "lambda2",
 )
-BARS = (
-    "q1_ddot",
-    "phi1_ddot",
-    "q2_ddot",
-    "phi2_ddot",
-)  # of a plan in the four bars
+BARS = ("q1_ddot", "phi1_ddot", "q2_ddot", "phi2_ddot")  # of a plan in the four bars
 
 
 class PlanMesh(NamedTuple):
@@ -104,18 +99,8 @@ class Plan(Animated):
     def __repr__(self) -> str:
         aims = " + ".join(self.aims)
         modes = "free of modes" if self.working is None else f"working {self.working}"
-        solved = (
-            f"{aims} {self.objective:.4g}",
-            f"{len(self.pieces.xi)} intervals",
-            self.status,
-        )
-        return one_line(
-            "Plan",
-            self.robot.words.title,
-            f"{self.duration:g} s",
-            modes,
-            *solved,
-        )
+        solved = (f"{aims} {self.objective:.4g}", f"{len(self.pieces.xi)} intervals", self.status)
+        return one_line("Plan", self.robot.words.title, f"{self.duration:g} s", modes, *solved)
 
     @property
     def aims(self) -> tuple[str, ...]:
@@ -165,11 +150,7 @@ class Plan(Animated):
         if outside.any():
             refuse_nan(times)
             rest = self.problem.coordinates.size
-            motion[..., rest:] = np.where(
-                outside[..., None],
-                0.0,
-                motion[..., rest:],
-            )
+            motion[..., rest:] = np.where(outside[..., None], 0.0, motion[..., rest:])
         return motion
 
     def accelerations(self, t: ArrayLike) -> Accelerations:
@@ -194,11 +175,7 @@ class Plan(Animated):
     @cached_property
     def _fine(self):
         """Return the motion (n, 13, columns) within every interval, and it as Accelerations."""
-        k, sigma = np.meshgrid(
-            np.arange(len(self.pieces.xi)),
-            FINE,
-            indexing="ij",
-        )
+        k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), FINE, indexing="ij")
         motion = self.pieces.motion(k, sigma)
         return motion, self.problem.accelerations(motion, self.problem.model)
 
@@ -230,12 +207,7 @@ class Plan(Animated):
         motion, acc = self._fine
         pose = acc.rates.pose
         sines = self.problem.signed_sines(pose)
-        excess = self.problem.violations(
-            acc.rates.q_dot,
-            acc.xi_ddot,
-            motion[..., -2:],
-            sines,
-        )
+        excess = self.problem.violations(acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], sines)
         if self.working is None:
             reach = np.hypot(*loop_gap(pose))
         else:
@@ -308,23 +280,10 @@ class Plan(Animated):
             xi, xi_dot, xi_ddot = self(t)
         else:
             xi, xi_dot, xi_ddot = np.split(motion[:, :6], 3, axis=1)
-        table = [
-            t,
-            xi,
-            xi_dot,
-            xi_ddot,
-            motion[:, -2:],
-            self.bar_forces(t),
-        ]
+        table = [t, xi, xi_dot, xi_ddot, motion[:, -2:], self.bar_forces(t)]
         if in_bars:
             table.append(motion[:, 8:12])
-        write(
-            path,
-            "plan",
-            about,
-            COLUMNS + BARS * in_bars,
-            np.column_stack(table).tolist(),
-        )
+        write(path, "plan", about, COLUMNS + BARS * in_bars, np.column_stack(table).tolist())
 
     @classmethod
     def from_csv(cls, path: TextFile) -> Plan:
@@ -378,17 +337,8 @@ def _known(about):
     meshes = tuple(PlanMesh(*mesh) for mesh in about["meshes"])
     must_increase(knots, "knots")
     size = 2 * problem.coordinates.size
-    begins = np.array(about["begins"], dtype=float).reshape(
-        len(knots) - 1,
-        size,
-    )
+    begins = np.array(about["begins"], dtype=float).reshape(len(knots) - 1, size)
     if not np.isfinite(begins).all():
         raise ValueError("begins must be finite")
-    known = (
-        about["objective"],
-        about["status"],
-        meshes,
-        about["solve_time"],
-        about["tried"],
-    )
+    known = (about["objective"], about["status"], meshes, about["solve_time"], about["tried"])
     return problem, knots, begins, known

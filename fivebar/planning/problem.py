@@ -10,13 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.backend import pack, unpack
-from ..base.checks import (
-    not_negative,
-    number,
-    positive,
-    shown,
-    two_numbers,
-)
+from ..base.checks import not_negative, number, positive, shown, two_numbers
 from ..base.errors import SingularityError, UnreachableError
 from ..constraints.constraints import Constraints
 from ..models.dynamics import bar_forces, drives_forces
@@ -64,11 +58,7 @@ class PlanError(RuntimeError):
     """
 
     def __init__(
-        self,
-        message: str,
-        violations: dict[str, float],
-        plan: Plan | None = None,
-        status: str = "",
+        self, message: str, violations: dict[str, float], plan: Plan | None = None, status: str = ""
     ) -> None:
         super().__init__(message)
         self.violations = violations
@@ -110,10 +100,7 @@ class Problem:
         """The robot that is planned with: its dry friction smoothed, as an optimisation needs
         slopes.
         """
-        return smoothed(
-            self.robot,
-            SLOW * (1.0 if self.robot.turns else self.length),
-        )
+        return smoothed(self.robot, SLOW * (1.0 if self.robot.turns else self.length))
 
     @property
     def mass(self) -> float:
@@ -137,11 +124,7 @@ class Problem:
         """Return -w_i sin q_i2 of both legs and det A, all positive at the start."""
         modes = self.working or (1, 1)
         left, right = pose.sines
-        return (
-            -modes[0] * left,
-            -modes[1] * right,
-            self.side * pose.det_A,
-        )
+        return (-modes[0] * left, -modes[1] * right, self.side * pose.det_A)
 
     def violations(
         self,
@@ -264,8 +247,7 @@ def refuse_stops(problem: Problem) -> None:
         found = {key: max(float(value), 0.0) for key, value in found.items()}
         if any(value > 1e-9 * problem.unit(key) for key, value in found.items()):
             raise PlanError(
-                f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}",
-                found,
+                f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}", found
             )
 
 
@@ -288,11 +270,7 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
     The tolerance is a share of a bar's length, or a number of radians.
     """
     constraints = plan.problem.constraints
-    t = np.linspace(
-        plan.start,
-        plan.start + plan.duration,
-        LOOKED_AT,
-    )
+    t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
     with np.errstate(all="ignore"):
         clearances = constraints.clearances(plan.problem.accelerations(plan.motion(t)).rates.pose)
     violated = {}
@@ -312,19 +290,10 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
 def stop_names(count: int) -> list[str]:
     """Return the names of so many stops."""
     between = [f"via[{k}]" for k in range(count - 2)]
-    return [
-        "start",
-        *between,
-        "goal",
-    ]
+    return ["start", *between, "goal"]
 
 
-def timed(
-    start: object,
-    goal: object,
-    duration: float | None,
-    via: Iterable,
-) -> list[tuple]:
+def timed(start: object, goal: object, duration: float | None, via: Iterable) -> list[tuple]:
     """Return [(name, time or None, point), ...] of all stops, in the order of their times."""
     try:
         via = [(t, point) for t, point in via]
@@ -343,12 +312,7 @@ def timed(
     return stops
 
 
-def checked_stops(
-    start: object,
-    goal: object,
-    duration: float | None,
-    via: Iterable,
-) -> tuple:
+def checked_stops(start: object, goal: object, duration: float | None, via: Iterable) -> tuple:
     """Return ((conditions, time or None), ...); ValueError for stops that are none."""
     stops = []
     for name, t, point in timed(start, goal, duration, via):
@@ -369,9 +333,7 @@ def checked_stops(
     return tuple(stops)
 
 
-def checked_weights(
-    objective: Any,
-) -> dict[str, float]:
+def checked_weights(objective: Any) -> dict[str, float]:
     """Return the weights of all OBJECTIVES; those of the user's own functions are left out."""
     given = _by_name(objective)
     names = {name for name, weight in given.items() if not callable(weight)}

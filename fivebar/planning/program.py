@@ -142,12 +142,7 @@ class NonlinearProgram:
             self.at_points.append(ca.MX.sym("t", 1, points))
         self.phases = ca.MX.sym("phases", len(mesh))
         self.slack = ca.MX.sym("slack", len(LIMITS))
-        self.variables = [
-            *self.at_knots,
-            *self.at_points,
-            self.phases,
-            self.slack,
-        ]
+        self.variables = [*self.at_knots, *self.at_points, self.phases, self.slack]
         # Durations that are all given are constants: the constraints on the motion are then linear.
         if len(problem.timed) == len(problem.stops):
             phases = ca.MX(ca.DM(np.asarray(durations) / self.time))
@@ -161,15 +156,9 @@ class NonlinearProgram:
         self.outputs = [
             ca.MX.sym(f"y{k}", self.point.size1_out(k), points) for k in range(self.point.n_out())
         ]
-        (
-            self.dynamics,
-            self.tau,
-            self.sines,
-            self.q_dot,
-            self.xi_ddot,
-            self.kept,
-            *self.own,
-        ) = self.outputs
+        (self.dynamics, self.tau, self.sines, self.q_dot, self.xi_ddot, self.kept, *self.own) = (
+            self.outputs
+        )
         self.constraints = []
         self.lower = []
         self.upper = []
@@ -181,11 +170,7 @@ class NonlinearProgram:
         """
         if limit is not None and self.elastic:
             slack = self.slack[LIMITS.index(limit)]
-            self.keep(
-                expression - slack,
-                -np.inf,
-                high,
-            )
+            self.keep(expression - slack, -np.inf, high)
             self.keep(expression + slack, low, np.inf)
             return
         self.constraints.append(ca.vec(expression))
@@ -197,12 +182,7 @@ class NonlinearProgram:
         xi, xi_dot = self.at_knots
         xi_c, xi_dot_c, xi_ddot_c, *_ = self.at_points
         interval = _interval(self).map(self.count)
-        on_xi, on_xi_dot, end, end_dot = interval(
-            xi[:, :-1],
-            xi_dot[:, :-1],
-            self.h,
-            xi_ddot_c,
-        )
+        on_xi, on_xi_dot, end, end_dot = interval(xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c)
         self.keep(xi[:, 1:] - end)
         self.keep(xi_dot[:, 1:] - end_dot)
         self.keep(xi_c - on_xi)
@@ -237,19 +217,9 @@ class NonlinearProgram:
         limits = self.problem.constraints
         rule = self.rule
         if limits.sin:
-            self.keep(
-                self.sines[:2, :],
-                limits.sin,
-                np.inf,
-                "sin",
-            )
+            self.keep(self.sines[:2, :], limits.sin, np.inf, "sin")
         if limits.det_A:
-            self.keep(
-                self.sines[2, :],
-                limits.det_A,
-                np.inf,
-                "det_A",
-            )
+            self.keep(self.sines[2, :], limits.det_A, np.inf, "det_A")
         if limits.torque is not None:
             unit = ca.diag(self.torque / ca.DM(limits.torque))
             share = unit @ self.rows(rule.to_bezier, self.tau)
@@ -261,20 +231,12 @@ class NonlinearProgram:
             self.keep(unit @ self.tau + per_speed @ self.q_dot, -1.0, 1.0, "torque")
         if limits.joint_speed is not None:
             unit = ca.diag(1 / (self.time * ca.DM(limits.joint_speed)))
-            self.keep(
-                unit @ self.q_dot,
-                -1.0,
-                1.0,
-                "joint_speed",
-            )
+            self.keep(unit @ self.q_dot, -1.0, 1.0, "joint_speed")
         if limits.acceleration is not None:
             unit = self.length / self.time**2 / limits.acceleration
             part = self.rows(rule.to_bezier, self.xi_ddot) * unit
             limit = 1 + self.slack[LIMITS.index("acceleration")]
-            self.keep(
-                ca.sum1(part * part) - limit**2,
-                -np.inf,
-            )
+            self.keep(ca.sum1(part * part) - limit**2, -np.inf)
         if self.kept.numel():
             self.keep(self.kept, 0.0, np.inf, "poses")
 
@@ -317,10 +279,7 @@ class NonlinearProgram:
 
         def integral(factor, values, h):
             squares = ca.sum1(self.rows(factor @ self.rule.to_power, values) ** 2)
-            return ca.dot(
-                squares,
-                ca.reshape(ca.repmat(h, len(factor)), 1, -1),
-            )
+            return ca.dot(squares, ca.reshape(ca.repmat(h, len(factor)), 1, -1))
 
         terms = {
             "effort": integral(self.rule.square, self.tau, self.h),
@@ -406,12 +365,7 @@ class NonlinearProgram:
             (units / self.time**2 * c_ddot).reshape(self.count, -1, len(units)),
             (self.torque * tau).reshape(self.count, -1, 2),
         )
-        return (
-            pieces,
-            durations,
-            self.coordinates.control(self) * controls,
-            slack.ravel(),
-        )
+        return (pieces, durations, self.coordinates.control(self) * controls, slack.ravel())
 
 
 def knots_of(mesh, durations):
@@ -440,12 +394,7 @@ def _interval(program):
         xs.append(x + h * (sigma * v + bend))
     end = xs.pop()
     end, end_dot = program.coordinates.at_knot(program, end, vs[-1])
-    outputs = [
-        ca.horzcat(*xs),
-        ca.horzcat(*vs[:-1]),
-        end,
-        end_dot,
-    ]
+    outputs = [ca.horzcat(*xs), ca.horzcat(*vs[:-1]), end, end_dot]
     return ca.Function("interval", [x, v, h, a], outputs)
 
 

@@ -10,21 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from ..base.checks import (
-    not_negative,
-    one_of,
-    optional,
-    positive,
-    takes,
-)
-from ..base.columns import (
-    METRES,
-    TIME,
-    Columns,
-    Quantity,
-    read,
-    units_named,
-)
+from ..base.checks import not_negative, one_of, optional, positive, takes
+from ..base.columns import METRES, TIME, Columns, Quantity, read, units_named
 from ..base.tables import TextFile, named
 from .trajectory import Trajectory
 
@@ -123,12 +110,7 @@ def from_csv(
         else:
             motion = _spline(t, points, smoothing)
         notes = _compared(motion, t, points, table.lines)
-    return Trajectory(
-        float(t[0]),
-        float(t[-1] - t[0]),
-        motion,
-        (*notes, *table.notes),
-    )
+    return Trajectory(float(t[0]), float(t[-1] - t[0]), motion, (*notes, *table.notes))
 
 
 def refuse_unclear_lengths(table: Columns) -> None:
@@ -159,15 +141,11 @@ def _samples(table, least, what):
             raise table.error(missing[0], f"{name} is missing")
     early = np.flatnonzero(t < 0)
     if len(early):
-        raise table.error(
-            early[0],
-            f"time must not be negative, but is {t[early[0]]:g}",
-        )
+        raise table.error(early[0], f"time must not be negative, but is {t[early[0]]:g}")
     late = np.flatnonzero(np.diff(t) <= 0) + 1
     if len(late):
         raise table.error(
-            late[0],
-            f"time must increase, but {t[late[0]]:g} follows {t[late[0] - 1]:g}",
+            late[0], f"time must increase, but {t[late[0]]:g} follows {t[late[0] - 1]:g}"
         )
     if len(t) < least:
         raise ValueError(f"{table.name}: a {what} needs at least {least} rows, not {len(t)}")
@@ -183,21 +161,13 @@ def _samples(table, least, what):
 
 
 def _spline(t, points, smoothing):
-    from scipy.interpolate import (
-        make_splrep,
-    )  # `fivebar --help` reaches this file
+    from scipy.interpolate import make_splrep  # `fivebar --help` reaches this file
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
             splines = [
-                make_splrep(
-                    t,
-                    values,
-                    k=5,
-                    s=len(t) * smoothing**2 / 2,
-                )
-                for values in points.T
+                make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in points.T
             ]
     except RuntimeWarning:
         raise ValueError(
@@ -282,37 +252,20 @@ def _polyline(t, points, deviation):
     steps = np.diff(t)
     clearance = np.minimum(steps[1:], steps[:-1]) / 2
     speed = np.linalg.norm(change, axis=1)
-    half = np.minimum(
-        clearance,
-        deviation / (CORNER * np.where(speed > 0, speed, 1e-300)),
-    )
+    half = np.minimum(clearance, deviation / (CORNER * np.where(speed > 0, speed, 1e-300)))
 
     return partial(_along_chords, t, points, slopes, change, half)
 
 
 def _along_chords(t, points, slopes, change, half, times):
     """Return the motion of `_polyline`; half: of the times that the corners take."""
-    k = np.clip(
-        np.searchsorted(t, times, side="right") - 1,
-        0,
-        len(t) - 2,
-    )
+    k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
     since = (times - t[k])[..., None]
     place = points[k] + slopes[k] * since
-    values = np.concatenate(
-        [place, slopes[k], np.zeros((*np.shape(times), 2))],
-        axis=-1,
-    )
-    for corner in (
-        k,
-        k + 1,
-    ):  # those at the interval's start and end
+    values = np.concatenate([place, slopes[k], np.zeros((*np.shape(times), 2))], axis=-1)
+    for corner in (k, k + 1):  # those at the interval's start and end
         inner = (corner > 0) & (corner < len(t) - 1)
-        j = np.clip(
-            corner - 1,
-            0,
-            max(len(change) - 1, 0),
-        )
+        j = np.clip(corner - 1, 0, max(len(change) - 1, 0))
         if not inner.any():
             continue
         w = (times - t[corner]) / half[j]
@@ -333,11 +286,7 @@ def _along_chords(t, points, slopes, change, half, times):
         place = 3 / 4 * place - after
         place = half[j] * place
         bend = parabola / half[j]
-        for columns, factor in (
-            (slice(0, 2), place),
-            (slice(2, 4), rate),
-            (slice(4, 6), bend),
-        ):
+        for columns, factor in ((slice(0, 2), place), (slice(2, 4), rate), (slice(4, 6), bend)):
             weights = np.where(near, factor, 0.0)[..., None]
             values[..., columns] += weights * change[j]
     return values
@@ -352,22 +301,11 @@ def _compared(motion, t, points, lines):
     """Return notes: the distance from the chords, and the largest acceleration."""
     step = np.diff(t)[:, None]
     chord = np.diff(points, axis=0)
-    values = motion((t[:-1, None] + step * WITHIN).ravel()).reshape(
-        len(step),
-        len(WITHIN),
-        6,
-    )
+    values = motion((t[:-1, None] + step * WITHIN).ravel()).reshape(len(step), len(WITHIN), 6)
     away = values[..., :2] - points[:-1, None]
     square = np.maximum((chord**2).sum(axis=1), 1e-300)[:, None]
-    along = np.clip(
-        (away * chord[:, None]).sum(axis=2) / square,
-        0,
-        1,
-    )
-    off = np.linalg.norm(
-        away - along[..., None] * chord[:, None],
-        axis=2,
-    ).max(axis=1)
+    along = np.clip((away * chord[:, None]).sum(axis=2) / square, 0, 1)
+    off = np.linalg.norm(away - along[..., None] * chord[:, None], axis=2).max(axis=1)
     k = int(off.argmax())
     reached = np.linalg.norm(values[..., 4:], axis=2).max()
     if not np.isfinite(values).all() or not np.isfinite(reached):

@@ -92,11 +92,7 @@ def _distinct(robot, paths):
 
 
 def ways_between(
-    robot: Robot,
-    start: object,
-    goal: object,
-    duration: float | None,
-    via: Iterable,
+    robot: Robot, start: object, goal: object, duration: float | None, via: Iterable
 ) -> list[tuple]:
     """Return [(stops, paths, length)] of `ways` from stop to stop, the shortest first."""
     stops = timed(start, goal, duration, via)
@@ -167,10 +163,7 @@ def _waypoints(robot, route, begin, end):
         inner = everything[after - 1]
         middle = bars(igm(robot, inner.point, inner.working))
         points.append(_nearest(middle, points[-1]))
-    return [
-        *points[:-1],
-        _nearest(end, points[-2]),
-    ]
+    return [*points[:-1], _nearest(end, points[-2])]
 
 
 def _at(robot, passage: Passage, aspect):
@@ -180,11 +173,7 @@ def _at(robot, passage: Passage, aspect):
     own = passage.leg
     other = 1 - own
     drive = robot.drives[other]
-    dyad = drive.close(
-        tuple(passage.xi.tolist()),
-        robot.distal[other],
-        aspect.working[other],
-    )
+    dyad = drive.close(tuple(passage.xi.tolist()), robot.distal[other], aspect.working[other])
     q, (x, y) = drive.coordinate(drive.direction_in(dyad)), drive.distal_in(dyad)
     phi = np.arctan2(y, x)
     pairs: list[Any] = [None, None]
@@ -220,11 +209,7 @@ def _path(robot, points):
     parts = []
     for a, b in zip(points, points[1:]):
         parts.append(a + share * (b - a))
-    path = _closed(
-        robot,
-        np.concatenate([*parts, points[-1][None]]),
-        NEWTON,
-    )
+    path = _closed(robot, np.concatenate([*parts, points[-1][None]]), NEWTON)
     if not np.isfinite(path).all():
         return None
     ends = np.array([points[0], points[-1]])
@@ -268,10 +253,7 @@ def _embedded(robot, a):
 
 def _lengths(robot, a):
     """Return the lengths of paths (..., n, 4) up to each of their points."""
-    steps = np.linalg.norm(
-        np.diff(_embedded(robot, a)[0], axis=-2),
-        axis=-1,
-    )
+    steps = np.linalg.norm(np.diff(_embedded(robot, a)[0], axis=-2), axis=-1)
     return np.insert(np.cumsum(steps, axis=-1), 0, 0.0, axis=-1)
 
 
@@ -291,25 +273,13 @@ def _pulled(robot, paths):
     smooth = np.linalg.inv(np.eye(POINTS) + STIFF * chain)
     for _ in range(PULLS):
         points, roots = _embedded(robot, paths)
-        q1, q2, *xi = np.moveaxis(
-            smooth @ points / roots,
-            -1,
-            0,
-        )
+        q1, q2, *xi = np.moveaxis(smooth @ points / roots, -1, 0)
         pulled = []
-        for q, column, drive in zip(
-            (q1, q2),
-            (1, 3),
-            robot.drives,
-        ):
+        for q, column, drive in zip((q1, q2), (1, 3), robot.drives):
             x, y = drive.pivot(drive.direction(q))
             phi = atan2(xi[1] - y, xi[0] - x)
             pulled += [q, _nearest(phi, paths[..., column])]
         ends = paths[:, [0, -1]]
-        paths = _closed(
-            robot,
-            np.stack(pulled, axis=-1),
-            3,
-        )
+        paths = _closed(robot, np.stack(pulled, axis=-1), 3)
         paths[:, [0, -1]] = ends
     return paths

@@ -45,35 +45,19 @@ class Trajectory:
 
     def __repr__(self) -> str:
         end = self.start + self.duration
-        first = vector(
-            "from",
-            tuple(self(self.start)[0]),
-            "m",
-        )
+        first = vector("from", tuple(self(self.start)[0]), "m")
         last = vector("to", tuple(self(end)[0]), "m")
         return one_line(
-            type(self).__name__,
-            f"{self.start:g} to {end:g} s",
-            first,
-            last,
-            *self.notes[:2],
+            type(self).__name__, f"{self.start:g} to {end:g} s", first, last, *self.notes[:2]
         )
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         times = np.asarray(t, dtype=float)
-        inside = np.clip(
-            times,
-            self.start,
-            self.start + self.duration,
-        )
+        inside = np.clip(times, self.start, self.start + self.duration)
         motion = self._motion(inside)
         if (times != inside).any():
             refuse_nan(times)
-            motion[..., 2:] = np.where(
-                (times == inside)[..., None],
-                motion[..., 2:],
-                0.0,
-            )
+            motion[..., 2:] = np.where((times == inside)[..., None], motion[..., 2:], 0.0)
         xi, xi_dot, xi_ddot = np.split(motion, 3, axis=-1)
         return xi, xi_dot, xi_ddot
 
@@ -85,9 +69,7 @@ def refuse_nan(t: np.ndarray) -> None:
         raise ValueError(f"t must be a number of seconds, but t{index or ''} is nan")
 
 
-def polynomial(
-    conditions: Iterable[tuple[float, dict[int, ArrayLike]]],
-) -> Trajectory:
+def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Trajectory:
     """Return the polynomial of lowest degree through conditions.
 
     It is the lab's P a = c, solved in Chebyshev polynomials of a time scaled to [-1, 1], where it
@@ -129,10 +111,7 @@ def polynomial(
             "polynomial: times must be two or more, finite and increasing, not"
             f" {times.tolist()}, in conditions"
         )
-    seconds(
-        times[-1] - times[0],
-        "polynomial: the time from the first to the last of conditions",
-    )
+    seconds(times[-1] - times[0], "polynomial: the time from the first to the last of conditions")
     for t, given in conditions:
         for order, value in given.items():
             if type(order) is not int or order not in (0, 1, 2):
@@ -165,9 +144,7 @@ def polynomial(
         table[: len(column), 2 * order : 2 * order + 2] = column
 
     return Trajectory(
-        float(times[0]),
-        float(times[-1] - times[0]),
-        partial(_chebyshev, table, times[0], half),
+        float(times[0]), float(times[-1] - times[0]), partial(_chebyshev, table, times[0], half)
     )
 
 
@@ -235,10 +212,5 @@ def _turn(center, radius, omega, t):
     u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
     return np.concatenate(
-        [
-            center + radius * u,
-            radius * omega * v,
-            -radius * omega**2 * u,
-        ],
-        axis=-1,
+        [center + radius * u, radius * omega * v, -radius * omega**2 * u], axis=-1
     )

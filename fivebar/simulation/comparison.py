@@ -94,12 +94,7 @@ class Comparison(Plotted):
         used = [column for column in COLUMNS if self._has(column[0])]
         lines = [["", *(title for _, title, _ in used)]]
         for name, row in self.figures.items():
-            lines.append(
-                [
-                    name,
-                    *(_number(scale * np.max(row[key])) for key, _, scale in used),
-                ]
-            )
+            lines.append([name, *(_number(scale * np.max(row[key])) for key, _, scale in used)])
         return "\n".join(aligned(lines, 1))
 
 

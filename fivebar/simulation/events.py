@@ -37,10 +37,7 @@ def may_cross(margins: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
 
 def crossings(
-    robot: Robot,
-    t: np.ndarray,
-    rows: np.ndarray,
-    motion: Callable | None = None,
+    robot: Robot, t: np.ndarray, rows: np.ndarray, motion: Callable | None = None
 ) -> tuple[Event, ...]:
     """Return the crossings of Type 1 and Type 2 singularities in order.
 
@@ -91,11 +88,7 @@ def _modes(margins):
     """
     modes = -sign(margins, 0.0)
     for k in np.flatnonzero((modes == 0).any(axis=1)):
-        modes[k] = np.where(
-            modes[k] == 0,
-            modes[k - 1] if k else 0,
-            modes[k],
-        )
+        modes[k] = np.where(modes[k] == 0, modes[k - 1] if k else 0, modes[k])
     return modes
 
 

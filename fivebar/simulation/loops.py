@@ -112,13 +112,7 @@ class ClosedLoops:
         loop = self.loop
         refuse_losses(robot, observed, torques, loop.chart, loop.grid.step, loop.torques)
 
-    def run(
-        self,
-        robot: Robot,
-        observed: np.ndarray,
-        samples: np.ndarray,
-        crosses: bool,
-    ) -> Run:
+    def run(self, robot: Robot, observed: np.ndarray, samples: np.ndarray, crosses: bool) -> Run:
         """Return the Run of one loop."""
         return run_of(
             robot,
@@ -237,13 +231,7 @@ def _sample(loop):
     chart = loop.chart
     resolution = loop.measurement.encoder_resolution
     robot = with_parameters(loop.kind, p, loop.names)
-    row = observation(
-        chart.rates(
-            robot,
-            *halves(state, chart),
-            (modes[0], modes[1]),
-        )
-    )
+    row = observation(chart.rates(robot, *halves(state, chart), (modes[0], modes[1])))
     q = row[Q]
     q_dot = row[Q_DOT]
     reading = []

@@ -122,11 +122,7 @@ class Plant:
     @property
     def rates(self) -> FourJointRates:
         """The motion now, as Rates of floats."""
-        return bars_rates(
-            self.robot,
-            self.state[:4].tolist(),
-            self.state[4:].tolist(),
-        )
+        return bars_rates(self.robot, self.state[:4].tolist(), self.state[4:].tolist())
 
     def advance(self, until: float, tau: np.ndarray) -> None:
         """Move on to the time `until`, s, under the torques tau; where that fails, stay."""
@@ -217,12 +213,7 @@ class Plant:
             polynomials = all_polynomials[at]
             columns = between(states, polynomials, places).T.copy()
             free = self._free(states, polynomials)
-            _, _, rates = closed(
-                self.robot,
-                tuple(columns[:4]),
-                tuple(columns[4:]),
-                free,
-            )
+            _, _, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]), free)
             rows[part] = observation(rates)
         return rows
 
@@ -231,11 +222,7 @@ class Plant:
         t0, lengths, *_ = self.pieces
         for first in range(0, len(t), STRETCH):
             part = slice(first, first + STRETCH)
-            at = np.clip(
-                np.searchsorted(t0, t[part], side="right") - 1,
-                0,
-                None,
-            )
+            at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
             yield part, at, (t[part] - t0[at]) / lengths[at]
 
     def _free(self, states, polynomials):
@@ -270,11 +257,7 @@ class Plant:
         total = 0.0
         for node, weight in zip(GAUSS, WEIGHTS):
             columns = between(states, polynomials, places * (1 + node) / 2).T
-            rates = bars_rates(
-                self.robot,
-                tuple(columns[:4]),
-                tuple(columns[4:]),
-            )
+            rates = bars_rates(self.robot, tuple(columns[:4]), tuple(columns[4:]))
             power = lost_power(rates)
             if self.torques is not None:
                 t = t0 + places * lengths * (1 + node) / 2
@@ -414,10 +397,7 @@ def refuse_losses(
     torques : JointTorques, optional
         Of a LoadedRobot.
     """
-    work = np.sum(
-        np.diff(robot.continuous(rows[:, Q]), axis=0) * tau,
-        axis=1,
-    )
+    work = np.sum(np.diff(robot.continuous(rows[:, Q]), axis=0) * tau, axis=1)
     energy = rows[:, ENERGY]
     before = energy[:-1]
     after = energy[1:]
@@ -448,10 +428,7 @@ def refuse_losses(
 
 
 def lost_in_steps(
-    torques: JointTorques,
-    rows: np.ndarray,
-    tau: np.ndarray,
-    step: float,
+    torques: JointTorques, rows: np.ndarray, tau: np.ndarray, step: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the energy (n,), J, that torques of a LoadedRobot take in each step.
 

@@ -161,10 +161,7 @@ class Run(Animated):
     tool: tuple[int, float, float] | None = None
 
     def __repr__(self) -> str:
-        parts = [
-            self.robot.words.title,
-            f"{self.t[-1]:g} s in {len(self.t)} rows",
-        ]
+        parts = [self.robot.words.title, f"{self.t[-1]:g} s in {len(self.t)} rows"]
         if self.xi_ref is not None:
             largest = np.nanmax(np.linalg.norm(self.error, axis=1))
             micrometres = 1e6 * largest
@@ -247,10 +244,7 @@ class Run(Animated):
 
         Potential energy counts too, and what friction took.
         """
-        work = np.sum(
-            np.diff(self.q, axis=0) * self.tau[:-1],
-            axis=1,
-        )
+        work = np.sum(np.diff(self.q, axis=0) * self.tau[:-1], axis=1)
         whole = self.energy + self.potential
         if self.friction_loss is not None:
             whole = whole + self.friction_loss
@@ -341,11 +335,7 @@ class Run(Animated):
             at = np.isfinite(fields["control"]).all(axis=1)
             q, q_dot, commanded = np.split(fields["control"][at], 3, axis=1)
             fields["control"] = Control(
-                fields["t"][at],
-                q,
-                q_dot,
-                commanded,
-                applied=fields["tau"][at],
+                fields["t"][at], q, q_dot, commanded, applied=fields["tau"][at]
             )
         return cls(**fields, **about)
 
@@ -371,13 +361,7 @@ def _known(about):
 
 
 def _event(t, kind, margin, before, after):
-    return Event(
-        float(t),
-        Singularity(kind),
-        str(margin),
-        tuple(before),
-        tuple(after),
-    )
+    return Event(float(t), Singularity(kind), str(margin), tuple(before), tuple(after))
 
 
 def _tool(leg, along, across):

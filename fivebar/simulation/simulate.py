@@ -254,11 +254,7 @@ class Grid(NamedTuple):
 
     @classmethod
     def of(
-        cls,
-        duration: float | None,
-        reference: Any,
-        step: float,
-        control_period: float | None,
+        cls, duration: float | None, reference: Any, step: float, control_period: float | None
     ) -> Grid:
         """Check the arguments of `simulate`; control_period None: one block."""
         block = None
@@ -327,15 +323,7 @@ class _Loop:
     samples: (t, q, q_dot, commanded, applied) of each call.
     """
 
-    def __init__(
-        self,
-        words,
-        controller,
-        reference,
-        torque_limit,
-        measurement,
-        period,
-    ):
+    def __init__(self, words, controller, reference, torque_limit, measurement, period):
         self.words = words
         self.controller = controller
         self.reference = reference

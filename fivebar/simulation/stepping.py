@@ -22,10 +22,7 @@ from .steps import runge_kutta, slope_and_closing
 
 @takes(robot=must_be_robot, period=positive, controller=optional(a_built_in_controller))
 def stepper(
-    robot: Robot,
-    period: float,
-    to: ModuleType,
-    controller: PD | ComputedTorque | None = None,
+    robot: Robot, period: float, to: ModuleType, controller: PD | ComputedTorque | None = None
 ) -> Callable[..., Any]:
     """Return a step of the simulation as a function of arrays, of any number of robots at once.
 

@@ -77,12 +77,7 @@ def block_function(
     return casadi.Function("block", [state, tau, modes, t], [states, rows, last])
 
 
-def at_time(
-    torques: JointTorques | None,
-    chart: StateChart,
-    t: Any,
-    step: Any,
-) -> Callable | None:
+def at_time(torques: JointTorques | None, chart: StateChart, t: Any, step: Any) -> Callable | None:
     """Return (a stage's state, its Rates, tau, fraction of a step from t) -> torques at the joints.
 
     None: these are tau itself.
@@ -219,11 +214,7 @@ def holding(kind: type, names: tuple) -> casadi.Function:
     parameters = casadi.SX.sym("parameters", count_of(kind, names))
     robot = with_parameters(kind, parameters, names)
     rates = bars_rates(robot, *halves(state, BarAngles()))
-    _, held = held_by(
-        rates,
-        (tau[0], tau[1]),
-        (slip[0], slip[1]),
-    )
+    _, held = held_by(rates, (tau[0], tau[1]), (slip[0], slip[1]))
     return casadi.Function("holding", [state, tau, parameters, slip], [casadi.vertcat(*held)])
 
 
@@ -241,11 +232,7 @@ def between(state: np.ndarray, polynomial: np.ndarray, place: np.ndarray) -> np.
 
 
 def runge_kutta(
-    method: str,
-    step: Any,
-    state: Any,
-    slope: Callable,
-    slopes: list | None = None,
+    method: str, step: Any, state: Any, slope: Callable, slopes: list | None = None
 ) -> Any:
     """Return the state one explicit Runge-Kutta step later.
 
@@ -278,22 +265,8 @@ def weighted_sum(weights: Sequence[float], slopes: Sequence) -> Any:
 def tableau(method: str) -> tuple[list, list, list]:
     """Return Butcher's a, b, c: of the classical RK4, or Dormand and Prince's of order 8."""
     if method == "rk4":
-        a = [
-            [],
-            [1 / 2],
-            [0, 1 / 2],
-            [0, 0, 1],
-        ]
-        return (
-            a,
-            [
-                1 / 6,
-                1 / 3,
-                1 / 3,
-                1 / 6,
-            ],
-            [0, 1 / 2, 1 / 2, 1],
-        )
+        a = [[], [1 / 2], [0, 1 / 2], [0, 0, 1]]
+        return (a, [1 / 6, 1 / 3, 1 / 3, 1 / 6], [0, 1 / 2, 1 / 2, 1])
     return DOP853.A.tolist(), DOP853.B.tolist(), DOP853.C.tolist()
 
 
@@ -303,14 +276,7 @@ def observation(rates: Rates) -> Any:
     q = (leg.q for leg in pose.legs)
     margins = *pose.sines, pose.det_A, *rates.margin_rates
     q_dot, xi_dot = rates.components
-    return pack(
-        *q,
-        *q_dot,
-        *pose.point,
-        *xi_dot,
-        *margins,
-        energy(rates),
-    )
+    return pack(*q, *q_dot, *pose.point, *xi_dot, *margins, energy(rates))
 
 
 def motion_of(robot: Robot, rows: np.ndarray) -> Rates:
@@ -332,11 +298,7 @@ def turned_rates(robot: Robot, chart: StateChart, stage: Any, modes: Sequence) -
 
 
 def slope_of(
-    chart: StateChart,
-    rates: Rates,
-    state: Any,
-    tau: Any,
-    slip: tuple | None = None,
+    chart: StateChart, rates: Rates, state: Any, tau: Any, slip: tuple | None = None
 ) -> Any:
     """Return symbols of the slope of a state: its rates and accelerations under torques tau."""
     if slip is None:
@@ -347,11 +309,7 @@ def slope_of(
 
 
 def close_loop(
-    robot: Robot,
-    chart: StateChart,
-    state: Any,
-    modes: Sequence | None,
-    slip: tuple | None = None,
+    robot: Robot, chart: StateChart, state: Any, modes: Sequence | None, slip: tuple | None = None
 ) -> tuple[Any, Rates]:
     """Return the state with its loop closed, and its Rates; a drive that sticks stays."""
     if slip is None:

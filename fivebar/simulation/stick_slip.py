@@ -86,15 +86,7 @@ class StickSlip(Plant):
         self._settle(tau)
         super()._advance(until, tau)
         if not self.moves and until > self.t:
-            self._pieces.append(
-                (
-                    self.t,
-                    until - self.t,
-                    self.state,
-                    np.zeros((7, 8)),
-                    tau,
-                )
-            )
+            self._pieces.append((self.t, until - self.t, self.state, np.zeros((7, 8)), tau))
             self.t = until
 
     def _held_by(self, tau):

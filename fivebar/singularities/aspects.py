@@ -64,10 +64,7 @@ class Aspect:
     @cached_property
     def _middle(self):
         found = points_of_largest_clearance(
-            self.boundary,
-            self.punctures @ (1, 1j),
-            self.area,
-            samples=SAMPLES,
+            self.boundary, self.punctures @ (1, 1j), self.area, samples=SAMPLES
         )
         exact = (
             found and inside(self.boundary, np.array([found[0][0]]))[0]
@@ -116,10 +113,7 @@ def _polygon(loop):
 
 def as_kind(kind: type[Any], aspect: Aspect, *more: object) -> Any:
     """Return the aspect as one of a class derived from it, with what that has more."""
-    return kind(
-        *(getattr(aspect, each.name) for each in fields(Aspect)),
-        *more,
-    )
+    return kind(*(getattr(aspect, each.name) for each in fields(Aspect)), *more)
 
 
 @takes(robot=instance(FiveBar, Biglide))
@@ -229,13 +223,7 @@ def numbered(found: Iterable[Any]) -> tuple[Any, ...]:
     if not found:
         return ()
     size = size_of(found[0].robot)
-    area = {
-        id(part): (
-            MODES.index(part.working),
-            -round(part.area / size**2, 7),
-        )
-        for part in found
-    }
+    area = {id(part): (MODES.index(part.working), -round(part.area / size**2, 7)) for part in found}
     often = Counter(area.values())
 
     def rank(part):
@@ -294,10 +282,7 @@ def in_mode(
     bends: of `LegCircles`, which bound the parts.
     """
     size = size_of(robot)
-    edges = _edges(
-        [piece for piece in pieces if len(piece.points) > 1],
-        touches,
-    )
+    edges = _edges([piece for piece in pieces if len(piece.points) > 1], touches)
     isolated = np.unique(
         [piece.points[0] @ (1, 1j) for piece in pieces if len(piece.points) == 1]
     ).astype(complex)
@@ -308,14 +293,7 @@ def in_mode(
         yield assembly, area, boundary, isolated[crossings(boundary, isolated)]
 
 
-def _proved(
-    robot,
-    edges,
-    working,
-    det_A,
-    sin,
-    bends,
-):
+def _proved(robot, edges, working, det_A, sin, bends):
     """Yield faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError
     where one is not wholly.
     """

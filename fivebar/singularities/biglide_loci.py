@@ -61,10 +61,7 @@ class BiglideLoci:
                     else:
                         bars = (u, own)
                     families.append((f"{('left', 'right')[leg]} {way}", Singularity.SERIAL, *bars))
-        for kind, reach, side in (
-            ("stretched", l1 + l2, -1),
-            ("folded", l1 - l2, 1),
-        ):
+        for kind, reach, side in (("stretched", l1 + l2, -1), ("folded", l1 - l2, 1)):
             if abs(reach) > 8 * EPS * (l1 + l2):
                 families += [
                     (kind, Singularity.PARALLEL, u, side * u) for u in _directions(d, reach)
@@ -84,10 +81,7 @@ class BiglideLoci:
         found: dict[str, tuple] = {}  # those of a kind are on one line
         for kind, own, u1, u2 in self._families:
             modes = _signs(u1, u2)
-            line = LocusLine(
-                complex(-self.robot.d / 2 + self.robot.l1 * u1.real),
-                1j,
-            )
+            line = LocusLine(complex(-self.robot.d / 2 + self.robot.l1 * u1.real), 1j)
             if own == Singularity.SERIAL:
                 working = MODES
             else:
@@ -106,19 +100,8 @@ class BiglideLoci:
             s1, s2, s = modes = _signs(u1, u2)
             along = own == Singularity.PARALLEL
             assembly = (1, -1) if along else values_of(s)
-            line = LocusLine(
-                1j * (self.robot.l1 * u1.imag - self.robot.l2 * u2.imag),
-                1 + 1j,
-            )
-            pieces.append(
-                self._line(
-                    _type(own, modes),
-                    kind,
-                    modes_of((s1, s2)),
-                    assembly,
-                    line,
-                )
-            )
+            line = LocusLine(1j * (self.robot.l1 * u1.imag - self.robot.l2 * u2.imag), 1 + 1j)
+            pieces.append(self._line(_type(own, modes), kind, modes_of((s1, s2)), assembly, line))
         if self.everywhere:
             pieces.append(
                 self._line(
@@ -131,35 +114,16 @@ class BiglideLoci:
             )
         return tuple(pieces)
 
-    def _line(
-        self,
-        type_,
-        kind,
-        working,
-        assembly,
-        line,
-    ):
+    def _line(self, type_, kind, working, assembly, line):
         parameters = np.array([-1.0, 1.0]) * sum(self.robot.distal)
         points = pairs(line(parameters)[0])
         return Locus(
-            type_,
-            kind,
-            working,
-            assembly,
-            points,
-            parameters,
-            False,
-            line,
-            unbounded=True,
+            type_, kind, working, assembly, points, parameters, False, line, unbounded=True
         )
 
     @property
     def type3(self) -> TypeThree:
-        return TypeThree(
-            np.empty((0, 2)),
-            np.empty((0, 2)),
-            np.empty((0, 2), dtype=int),
-        )
+        return TypeThree(np.empty((0, 2)), np.empty((0, 2)), np.empty((0, 2), dtype=int))
 
 
 def _directions(across, bar):
@@ -172,10 +136,7 @@ def _directions(across, bar):
     if square <= FLAT:
         return [complex(math.copysign(1.0, across / bar))]
     rise = math.sqrt(square)
-    return [
-        complex(across / bar, rise),
-        complex(across / bar, -rise),
-    ]
+    return [complex(across / bar, rise), complex(across / bar, -rise)]
 
 
 def _signs(u1, u2):
@@ -189,7 +150,4 @@ def _signs(u1, u2):
 
 def _type(own, modes):
     """Type 3 where the bars are parallel and across the guides too."""
-    return type_of(
-        modes[2:] if own == Singularity.SERIAL else modes[:2],
-        own,
-    )
+    return type_of(modes[2:] if own == Singularity.SERIAL else modes[:2], own)

@@ -26,23 +26,11 @@ def force_at(pose: Pose, xi_dot: np.ndarray, xi_ddot: np.ndarray) -> tuple:
     """
     robot = pose.robot
     if physics_of(robot) is None or np.min(np.abs(pose.sines)) < SINGULAR:
-        return tuple(
-            robot.m
-            * np.moveaxis(
-                xi_ddot - np.array(loads_of(robot).gravity),
-                -1,
-                0,
-            )
-        )
+        return tuple(robot.m * np.moveaxis(xi_ddot - np.array(loads_of(robot).gravity), -1, 0))
     return forces_and_torques(ikm2(ikm(pose, xi_dot), xi_ddot))[0]
 
 
-def largest_force(
-    robot: Robot,
-    path: Any,
-    working: tuple[int, int],
-    acceleration: float,
-) -> float:
+def largest_force(robot: Robot, path: Any, working: tuple[int, int], acceleration: float) -> float:
     """Return the largest of these on a path with this largest acceleration (m/s^2), N."""
     if physics_of(robot) is None:
         return robot.m * acceleration
@@ -67,16 +55,7 @@ def crossing_acceleration(pose: Pose, xi_dot: np.ndarray, along: float) -> tuple
     none, one = (
         cross(
             pose.u2[0],
-            force_at(
-                pose,
-                xi_dot,
-                np.array(
-                    [
-                        along * x - part * y,
-                        along * y + part * x,
-                    ]
-                ),
-            ),
+            force_at(pose, xi_dot, np.array([along * x - part * y, along * y + part * x])),
         )
         for part in (0.0, 1.0)
     )

@@ -32,11 +32,7 @@ class DexterousRegion(Aspect):
     sin: float = 0.0
 
 
-@takes(
-    robot=instance(FiveBar, Biglide),
-    det_A=share,
-    sin=share,
-)
+@takes(robot=instance(FiveBar, Biglide), det_A=share, sin=share)
 def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[DexterousRegion, ...]:
     """Return the connected regions that keep a distance from singularities.
 
@@ -96,14 +92,7 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
 
     try:
         return numbered(
-            parts(
-                DexterousRegion,
-                robot,
-                active,
-                circles.touches,
-                det_A=det_A,
-                sin=sin,
-            )
+            parts(DexterousRegion, robot, active, circles.touches, det_A=det_A, sin=sin)
         )
     except ArithmeticError as error:
         if any(0 < margin < LEAST for margin in (det_A, sin)):
@@ -112,10 +101,7 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
 
 
 def bent_parts(
-    robot: FiveBar,
-    working: Any,
-    circles: LegCircles,
-    det_A: float = 0.0,
+    robot: FiveBar, working: Any, circles: LegCircles, det_A: float = 0.0
 ) -> list[Aspect]:
     """Return the parts of one working mode within circles of the legs, with |det A| >= det_A.
 

@@ -108,23 +108,12 @@ class _Segments:
         row, k = np.nonzero(
             square <= square[np.arange(len(points)), least][:, None] + more[:, None]
         )
-        near = np.minimum(
-            np.abs(points[row] - self.start[k]),
-            np.abs(points[row] - self.end[k]),
-        )
-        best = np.minimum.reduceat(
-            near,
-            np.searchsorted(row, np.arange(len(points))),
-        )
+        near = np.minimum(np.abs(points[row] - self.start[k]), np.abs(points[row] - self.end[k]))
+        best = np.minimum.reduceat(near, np.searchsorted(row, np.arange(len(points))))
         keep = near - 0.51 * self.chord[k] <= best[row]
         return row[keep], k[keep]
 
-    def slope(
-        self,
-        k: np.ndarray,
-        t: np.ndarray,
-        x: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def slope(self, k: np.ndarray, t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return (xi - x) . dxi/dt / |dxi/dt| and |xi - x| at parameters t of segments k."""
         slope = np.empty(len(t))
         distance = np.empty(len(t))
@@ -173,15 +162,7 @@ def _segments(robot, working):
         if len(t) > 1:
             first = slice(None, -1)
             last = slice(1, None)
-        parts.append(
-            (
-                z[first],
-                z[last],
-                t[first],
-                t[last],
-                np.full(len(t[first]), k),
-            )
-        )
+        parts.append((z[first], z[last], t[first], t[last], np.full(len(t[first]), k)))
     return _Segments(pieces, *(np.concatenate(each) for each in zip(*parts)))
 
 
@@ -193,24 +174,10 @@ def _nearest(segments, points):
     x = points[row]
     low = segments.t0[k]
     high = segments.t1[k]
-    rounding = np.full(
-        len(x),
-        2 * EPS * segments.size,
-    )
-    foot = rising_zeros(
-        lambda i, t: segments.slope(k[i], t, x[i])[0],
-        low,
-        high,
-        rounding,
-    )
-    ends = np.minimum(
-        np.abs(segments.start[k] - x),
-        np.abs(segments.end[k] - x),
-    )
-    distance = np.minimum(
-        ends,
-        segments.slope(k, np.where(np.isnan(foot), low, foot), x)[1],
-    )
+    rounding = np.full(len(x), 2 * EPS * segments.size)
+    foot = rising_zeros(lambda i, t: segments.slope(k[i], t, x[i])[0], low, high, rounding)
+    ends = np.minimum(np.abs(segments.start[k] - x), np.abs(segments.end[k] - x))
+    distance = np.minimum(ends, segments.slope(k, np.where(np.isnan(foot), low, foot), x)[1])
     order = np.lexsort((distance, row))
     first = order[np.searchsorted(row, np.arange(len(points)))]
     kinds = np.array([int(piece.type) for piece in segments.pieces])

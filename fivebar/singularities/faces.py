@@ -22,11 +22,7 @@ def faces(edges: list[tuple[LocusArc, Vertex, Vertex]], size: float) -> list[tup
     numbers: dict = {}
     corners = [numbers.setdefault(vertex, len(numbers)) for _, *ends in edges for vertex in ends]
     links = coo_array(
-        (
-            np.ones(len(edges)),
-            (corners[::2], corners[1::2]),
-        ),
-        shape=(len(numbers),) * 2,
+        (np.ones(len(edges)), (corners[::2], corners[1::2])), shape=(len(numbers),) * 2
     )
     parts = connected_components(links)[1]
     sides = [
@@ -113,8 +109,7 @@ def _around(sides, outgoing, size):
         # However flatly a locus ends on a circle, it does on the side that the leg reaches: of a
         # stretched one, inside.
         back, ahead = sorted(
-            (k for k in outgoing if k not in curves),
-            key=lambda k: sides[k].start < sides[k].end,
+            (k for k in outgoing if k not in curves), key=lambda k: sides[k].start < sides[k].end
         )
         if sides[ahead].locus.circle[1] > 0:
             between = curves
@@ -124,7 +119,4 @@ def _around(sides, outgoing, size):
     # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are
     # told apart.
     radius = min(1e-3 * size, 0.3 * min(sides[k].extent for k in outgoing))
-    return sorted(
-        outgoing,
-        key=lambda k: np.angle(sides[k].leaves(radius) - sides[k].z[0]),
-    )
+    return sorted(outgoing, key=lambda k: np.angle(sides[k].leaves(radius) - sides[k].z[0]))

@@ -61,13 +61,7 @@ class CouplerCurve:
     def sines(self, t: np.ndarray) -> np.ndarray:
         """sin q12, sin q22 and det A."""
         (u11, u12, u21, u22), _ = self._bars(t)
-        return np.array(
-            [
-                (u11.conj() * u12).imag,
-                (u21.conj() * u22).imag,
-                (u12.conj() * u22).imag,
-            ]
-        )
+        return np.array([(u11.conj() * u12).imag, (u21.conj() * u22).imag, (u12.conj() * u22).imag])
 
     @cached_property
     def aligned(self) -> list[float]:
@@ -94,11 +88,7 @@ class CouplerCurve:
         bars, _ = self._bars(self.edges)
         cosines = [u1.conj() * u2 for u1, u2 in (bars[:2], bars[2:])]
         return [
-            np.where(
-                np.abs(each.imag) <= SHORTEST,
-                np.sign(each.real),
-                0,
-            ).astype(int)
+            np.where(np.abs(each.imag) <= SHORTEST, np.sign(each.real), 0).astype(int)
             for each in cosines
         ]
 
@@ -109,16 +99,9 @@ class CouplerCurve:
         """
         (bars, _), xi = self._bars(self.edges), self.task(self.edges)[0]
         for drive, bar, u1, sides in zip(
-            self.robot.drives,
-            self.robot.distal,
-            bars[::2],
-            self._in_line,
+            self.robot.drives, self.robot.distal, bars[::2], self._in_line
         ):
-            xi = np.where(
-                sides == 0,
-                xi,
-                drive.x + (drive.length + sides * bar) * u1,
-            )
+            xi = np.where(sides == 0, xi, drive.x + (drive.length + sides * bar) * u1)
         return xi
 
     def vertices(self, shared: list[Vertex], near: float) -> list[Vertex]:
@@ -140,15 +123,7 @@ class CouplerCurve:
         line all along.
         """
         sines = self.sines((self.edges[:-1] + self.edges[1:]) / 2)
-        return (
-            -np.where(
-                np.abs(sines) <= 64 * EPS,
-                0,
-                np.sign(sines),
-            )
-            .astype(int)
-            .T
-        )
+        return -np.where(np.abs(sines) <= 64 * EPS, 0, np.sign(sines)).astype(int).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,12 +164,7 @@ class FiveBarLoci:
             if kind == "self-motion" and self.everywhere:
                 continue  # it fills the plane
             label = [
-                (
-                    type_of(m[:2], Singularity.PARALLEL),
-                    kind,
-                    modes_of(m[:2]),
-                    (),
-                )
+                (type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ())
                 for m in chain.modes
             ]
             if chain.aligned:
@@ -202,12 +172,7 @@ class FiveBarLoci:
             else:
                 vertices = None
             pieces += pieces_of(
-                chain.task,
-                chain.edges,
-                label,
-                self.circles.scale,
-                chain.corners,
-                vertices=vertices,
+                chain.task, chain.edges, label, self.circles.scale, chain.corners, vertices=vertices
             )
         return tuple(pieces)
 
@@ -232,21 +197,10 @@ class FiveBarLoci:
                                 values_of(m[2]),
                             )
                         )
-                    pieces += pieces_of(
-                        chain.joint,
-                        chain.edges,
-                        label,
-                        2 * np.pi,
-                        angles=True,
-                    )
+                    pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
         for kind, chain in self._chains:
             label = [
-                (
-                    type_of(m[:2], Singularity.PARALLEL),
-                    kind,
-                    modes_of(m[:2]),
-                    (1, -1),
-                )
+                (type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), (1, -1))
                 for m in chain.modes
             ]
             if kind == "self-motion" and not self.everywhere:
@@ -254,20 +208,10 @@ class FiveBarLoci:
                 working = tuple(mode for mode in MODES if mode in modes)
                 label = [(Singularity.PARALLEL, kind, working, (1, -1))]
                 pieces += pieces_of(
-                    chain.joint,
-                    chain.edges[[0, -1]],
-                    label,
-                    2 * np.pi,
-                    angles=True,
+                    chain.joint, chain.edges[[0, -1]], label, 2 * np.pi, angles=True
                 )
             else:
-                pieces += pieces_of(
-                    chain.joint,
-                    chain.edges,
-                    label,
-                    2 * np.pi,
-                    angles=True,
-                )
+                pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
         return tuple(pieces)
 
     @cached_property
@@ -287,10 +231,7 @@ class FiveBarLoci:
 
 
 def distal_chains(
-    robot: FiveBar,
-    side: int,
-    det_A: float = 0.0,
-    sign: int = 1,
+    robot: FiveBar, side: int, det_A: float = 0.0, sign: int = 1
 ) -> list[tuple[str, CouplerCurve]]:
     """Return (kind, CouplerCurve) of the motions in which det A is sign det_A: of 0 Type 2, self-
     motions included.
@@ -333,18 +274,8 @@ def _serial_chains(robot, leg, side):
     sign = -1 if reach < 0 else 1
     if leg == 0:
         motions = closures(robot.d, abs(reach), other2, other1)
-        bars = (
-            (0, sign),
-            (0, side * sign),
-            (1, 1),
-            (2, -1),
-        )
+        bars = ((0, sign), (0, side * sign), (1, 1), (2, -1))
     else:
         motions = closures(robot.d, other1, other2, abs(reach))
-        bars = (
-            (0, 1),
-            (2, 1),
-            (1, sign),
-            (1, side * sign),
-        )
+        bars = ((0, 1), (2, 1), (1, sign), (1, side * sign))
     return [CouplerCurve(robot, motion, bars) for motion in motions]

@@ -155,12 +155,7 @@ class FourBarMotion:
         """Return values of t at which the diagonal's square is w, or nearest to it."""
         low = (self.base - self.r2) ** 2 + self.slack[0][0]
         t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
-        return [
-            t,
-            math.pi - t,
-            math.pi + t,
-            2 * math.pi - t,
-        ]
+        return [t, math.pi - t, math.pi + t, 2 * math.pi - t]
 
     def _diagonals(self, crank, turn):
         """Squares of the diagonal at which crank and coupler, as one bar, close a triangle."""
@@ -173,10 +168,7 @@ class FourBarMotion:
         excess = self.r1**2 - self.base**2 - length**2
         cosine = excess / (2 * self.base * length)
         cosine = min(max(cosine, -1.0), 1.0)
-        e = complex(
-            cosine,
-            math.sqrt((1 - cosine) * (1 + cosine)),
-        )
+        e = complex(cosine, math.sqrt((1 - cosine) * (1 + cosine)))
         unit = length / bar
         return [abs(self.base + self.r2 * way * unit) ** 2 for way in (e, e.conjugate())]
 
@@ -206,11 +198,7 @@ def _as_long(t, value):
 
 
 def four_bar_directions(
-    sides: tuple,
-    span: Any,
-    slack: tuple,
-    signs: tuple,
-    t: Any,
+    sides: tuple, span: Any, slack: tuple, signs: tuple, t: Any
 ) -> tuple[tuple, tuple]:
     """Return unit vectors e1, e2, u and their rates by t, on components, of the closed component
     that `FourBarMotion` says.
@@ -221,18 +209,8 @@ def four_bar_directions(
     root = sqrt(span)
     s = root * sin(t)
     co = root * cos(t)
-    half2, rate2 = _half(
-        s,
-        co,
-        slack[0],
-        signs[0],
-    )
-    half, passive_rate = _half(
-        s,
-        co,
-        slack[1],
-        signs[1],
-    )
+    half2, rate2 = _half(s, co, slack[0], signs[0])
+    half, passive_rate = _half(s, co, slack[1], signs[1])
     (e2, along2), (passive, along) = _doubled(half2), _doubled(half)
     # The diagonal base + r2 e2 = e1 (r1 + c passive), either side without the cancellation of a
     # short diagonal.
@@ -264,11 +242,7 @@ def _half(s, c, slack, sign):
 def _passed(s, slack):
     """Return the root of s^2 + slack, with the sign of s where there is no slack, and s over it."""
     if is_symbolic(slack):
-        x = where_zero(
-            slack,
-            lambda: s,
-            sqrt(s * s + slack),
-        )
+        x = where_zero(slack, lambda: s, sqrt(s * s + slack))
         return x, where_zero(slack, lambda: 1.0, s / x)
     if slack == 0:
         return s, 1.0
@@ -293,20 +267,12 @@ def _triangle(a, b, c, tolerance):
         return [1.0]
     if abs(a - b) >= c - tolerance:
         return [-1.0]
-    half = complex(
-        math.sqrt((c - (a - b)) * (c + (a - b))),
-        math.sqrt((a + b - c) * (a + b + c)),
-    )
+    half = complex(math.sqrt((c - (a - b)) * (c + (a - b))), math.sqrt((a + b - c) * (a + b + c)))
     e = half / half.conjugate()
     return [e, e.conjugate()]
 
 
-def closures(
-    base: float,
-    r1: float,
-    c: float,
-    r2: float,
-) -> list[FourBarMotion | Turning]:
+def closures(base: float, r1: float, c: float, r2: float) -> list[FourBarMotion | Turning]:
     """Return all motions of the closed chain base + r2 e2 = r1 e1 + c u, one for each closed
     component.
 
@@ -336,20 +302,11 @@ def closures(
         ]
     if r2 <= tolerance:
         return [
-            Turning(
-                (-e, 1, _unit(base + r1 * e)),
-                (0, 1, 0),
-            )
+            Turning((-e, 1, _unit(base + r1 * e)), (0, 1, 0))
             for e in _triangle(base, r1, c, tolerance)
         ]
     sides = [(base, r1, c, r2), (base, r2, c, r1)]
-    shortest = [
-        max(
-            abs(s[0] - s[3]),
-            abs(s[1] - s[2]),
-        )
-        for s in sides
-    ]
+    shortest = [max(abs(s[0] - s[3]), abs(s[1] - s[2])) for s in sides]
     if (
         max(shortest) <= tolerance
     ):  # a rhombus: it folds about either diagonal, or turns as a parallelogram
@@ -371,14 +328,7 @@ def _factor(x, limit, tolerance):
     return abs(x - limit) * (x + limit)
 
 
-def _components(
-    base,
-    r1,
-    c,
-    r2,
-    mirrored,
-    tolerance,
-):
+def _components(base, r1, c, r2, mirrored, tolerance):
     lows = (abs(base - r2), abs(r1 - c))
     highs = (base + r2, r1 + c)
     low = max(lows)
@@ -408,20 +358,7 @@ def _components(
     span = (high - low) * (high + low)
     slack = tuple(zip(below, above))
     period = math.pi if whole else 2 * math.pi
-    return [
-        FourBarMotion(
-            base,
-            r1,
-            c,
-            r2,
-            span,
-            slack,
-            s,
-            period,
-            mirrored,
-        )
-        for s in signs
-    ]
+    return [FourBarMotion(base, r1, c, r2, span, slack, s, period, mirrored) for s in signs]
 
 
 def _unit(z):

@@ -77,10 +77,7 @@ class LegCircles:
 
     def circle(self, leg: int, side: int) -> Circle:
         # Its parameter counts from the direction to the other base joint.
-        return Circle(
-            self.robot.drives[leg].x,
-            (1, -1)[leg] * self.radius(leg, side),
-        )
+        return Circle(self.robot.drives[leg].x, (1, -1)[leg] * self.radius(leg, side))
 
     @cached_property
     def touches(self) -> tuple[Vertex, ...]:
@@ -168,14 +165,8 @@ class LegCircles:
         if whole_in:
             return arc((-last, last), (1, 1))
         if whole_out:
-            return arc(
-                (first, 2 * np.pi - first),
-                (-1, -1),
-            )
-        return [
-            *arc((first, last), (-1, 1)),
-            *arc((-last, -first), (1, -1)),
-        ]
+            return arc((first, 2 * np.pi - first), (-1, -1))
+        return [*arc((first, last), (-1, 1)), *arc((-last, -first), (1, -1))]
 
 
 def turn_to(r: Any, d: Any, radius: Any) -> Any:

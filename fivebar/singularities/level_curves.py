@@ -95,10 +95,7 @@ class LevelCurves:
         found = [(t, ()) for t in chain.motion.flat]
         circles = list(product((0, 1), (1, -1)))
         ways = [
-            (
-                leg,
-                self._turn(working, leg, side) / chain.bars[1::2][leg][1],
-            )
+            (leg, self._turn(working, leg, side) / chain.bars[1::2][leg][1])
             for leg, side in circles
         ]
         found += [
@@ -109,32 +106,15 @@ class LevelCurves:
         found.sort()
         t = np.array([each for each, _ in found])
         period = chain.motion.period
-        places = self._places(
-            chain,
-            t,
-            [circle for _, circle in found],
-            working,
-        )
+        places = self._places(chain, t, [circle for _, circle in found], working)
         groups = []
         for k in range(len(found)):
             before = groups[-1] if groups else None
-            if before and self._one(
-                found,
-                places,
-                before[0],
-                k,
-                period,
-            ):
+            if before and self._one(found, places, before[0], k, period):
                 before.append(k)
             else:
                 groups.append([k])
-        if len(groups) > 1 and self._one(
-            found,
-            places,
-            groups[0][0],
-            groups[-1][-1],
-            period,
-        ):
+        if len(groups) > 1 and self._one(found, places, groups[0][0], groups[-1][-1], period):
             groups[0] += groups.pop()
         vertices = []
         for group in groups:
@@ -147,14 +127,7 @@ class LevelCurves:
         cosine, sine = self.circles.bend(leg, side)
         return complex(side * cosine, -working[leg] * sine)
 
-    def _one(
-        self,
-        found,
-        places,
-        k,
-        m,
-        period,
-    ):
+    def _one(self, found, places, k, m, period):
         """Return whether two cuts are one: a circle that is touched, or the corner of two."""
         apart = (found[m][0] - found[k][0] + period / 2) % period - period / 2
         if found[k][1] == found[m][1]:
@@ -163,13 +136,7 @@ class LevelCurves:
             abs(apart) <= 1e-3 * period and abs(places[k] - places[m]) <= SAME * self.circles.scale
         )
 
-    def _places(
-        self,
-        chain,
-        t,
-        circles,
-        working,
-    ):
+    def _places(self, chain, t, circles, working):
         """Return the end-effector there, from the leg that is on its circle: within its reach to
         the last digits.
         """

@@ -73,15 +73,9 @@ class Locus:
     def at(self, s: ArrayLike) -> np.ndarray:
         """Exact points (*s.shape, 2) of parameters s in `interval`."""
         s = np.asarray(s)
-        points = pairs(self._curve(np.atleast_1d(s))[0]).reshape(
-            *s.shape,
-            2,
-        )
+        points = pairs(self._curve(np.atleast_1d(s))[0]).reshape(*s.shape, 2)
         if self._angles:
-            near = np.stack(
-                [np.interp(s, self.parameters, q) for q in self.points.T],
-                axis=-1,
-            )
+            near = np.stack([np.interp(s, self.parameters, q) for q in self.points.T], axis=-1)
             points = points + 2 * np.pi * np.round((near - points) / (2 * np.pi))
         return points
 
@@ -94,10 +88,7 @@ class Locus:
     def tangent(self, s: ArrayLike) -> np.ndarray:
         """Derivative (*s.shape, 2) of the points by the parameter."""
         s = np.asarray(s)
-        return pairs(self._curve(np.atleast_1d(s))[1]).reshape(
-            *s.shape,
-            2,
-        )
+        return pairs(self._curve(np.atleast_1d(s))[1]).reshape(*s.shape, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,19 +151,7 @@ def pieces_of(
     t, z = trace(curve, edges, scale, angles, period)
     if len(t) == 1:
         type_, kind, working, assembly = labels[0]
-        return [
-            Locus(
-                type_,
-                kind,
-                working,
-                assembly,
-                pairs(z),
-                t,
-                False,
-                curve,
-                circle=circle,
-            )
-        ]
+        return [Locus(type_, kind, working, assembly, pairs(z), t, False, curve, circle=circle)]
     where = np.searchsorted(t, edges)
     if corners is not None:
         z[where] = corners
@@ -210,11 +189,7 @@ def pieces_of(
 
 
 def trace(
-    curve: Callable,
-    edges: np.ndarray,
-    scale: float,
-    angles: bool = False,
-    period: float = 0.0,
+    curve: Callable, edges: np.ndarray, scale: float, angles: bool = False, period: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return parameters t (n,), edges among them, and points z (n,) between which the curve turns
     by less than 1 degree.
@@ -222,10 +197,7 @@ def trace(
     if edges[-1] == edges[0]:
         return edges[:1], curve(edges[:1])[0]
     period = period or edges[-1] - edges[0]
-    t = divided(
-        edges,
-        np.maximum(np.ceil(192 * np.diff(edges) / period), 4).astype(int),
-    )
+    t = divided(edges, np.maximum(np.ceil(192 * np.diff(edges) / period), 4).astype(int))
     while True:
         z, dz = curve(t)
         speed = np.abs(dz)
@@ -240,14 +212,9 @@ def trace(
         cusp = np.zeros(len(t), dtype=bool)
         at = np.searchsorted(t, edges)
         cusp[at] = speed[at] < 1e-5 * np.maximum(
-            speed[np.maximum(at - 1, 0)],
-            speed[np.minimum(at + 1, len(t) - 1)],
+            speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(t) - 1)]
         )
-        turn = np.where(
-            cusp[1:] | cusp[:-1],
-            0.0,
-            np.abs(np.angle(dz[1:] * dz[:-1].conj())),
-        )
+        turn = np.where(cusp[1:] | cusp[:-1], 0.0, np.abs(np.angle(dz[1:] * dz[:-1].conj())))
         counts = np.minimum(np.ceil(turn / TURN), 64).astype(int)
         between_chords = np.angle(chord[1:] * chord[:-1].conj())
         bend = (np.abs(between_chords) > 1.2 * TURN) & ~cusp[1:-1]
@@ -276,6 +243,5 @@ def divided(t: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """
     part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.append(
-        np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts),
-        t[-1],
+        np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts), t[-1]
     )

@@ -124,32 +124,15 @@ class Map(Paged):
         does not.
         """
         x, y = np.meshgrid(self.x, self.y)
-        table = np.column_stack(
-            [
-                x.ravel(),
-                y.ravel(),
-                self.values.reshape(len(self.modes), -1).T,
-            ]
-        )
+        table = np.column_stack([x.ravel(), y.ravel(), self.values.reshape(len(self.modes), -1).T])
         table = table[~np.isnan(table[:, 2:]).all(axis=1)]
-        write(
-            path,
-            "map",
-            self._about(),
-            self.columns,
-            table.tolist(),
-            end="\n",
-        )
+        write(path, "map", self._about(), self.columns, table.tolist(), end="\n")
 
     def to_npz(self, path: BinaryFile) -> None:
         """Write the whole map, compressed."""
         with written(path, binary=True) as file:
             np.savez_compressed(
-                file,
-                x=self.x,
-                y=self.y,
-                values=self.values,
-                about=json.dumps(self._about()),
+                file, x=self.x, y=self.y, values=self.values, about=json.dumps(self._about())
             )
 
     @classmethod
@@ -170,13 +153,7 @@ class Map(Paged):
                     f"{about['field']} {values.shape} on a grid of {x.shape} x {y.shape} nodes"
                 )
             return cls(
-                robot_of(about["robot"]),
-                about["field"],
-                about["space"],
-                x,
-                y,
-                modes,
-                values,
+                robot_of(about["robot"]), about["field"], about["space"], x, y, modes, values
             )
         except (*STRANGE, SystemError) as error:  # of letters beyond Unicode's
             raise ValueError(f"{path} is not a map written by to_npz: {error}") from None

@@ -30,17 +30,9 @@ class Mirror:
 
     def _arc(self, arc):
         locus, total, sign = self._image(arc.locus)
-        image = LocusArc(
-            locus,
-            total + sign * arc.end,
-            total + sign * arc.start,
-        )
+        image = LocusArc(locus, total + sign * arc.end, total + sign * arc.start)
         image.__dict__.update(
-            _samples=(
-                total + sign * arc.s[::-1],
-                arc.z[::-1].conj(),
-            ),
-            moment=arc.moment,
+            _samples=(total + sign * arc.s[::-1], arc.z[::-1].conj()), moment=arc.moment
         )
         return image
 

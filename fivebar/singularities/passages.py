@@ -98,19 +98,9 @@ def passages(robot: FiveBar) -> tuple[Passage, ...]:
             xi = _shared_place(robot, one, other, leg)
             if xi is not None:
                 kind = Singularity.PARALLEL if leg is None else Singularity.SERIAL
-                found.append(
-                    Passage(
-                        (one.number, other.number),
-                        kind,
-                        leg,
-                        xi,
-                    )
-                )
+                found.append(Passage((one.number, other.number), kind, leg, xi))
     joined = {passage.between for passage in found}
-    return (
-        *found,
-        *(fold for fold in _folds(robot, everything) if fold.between not in joined),
-    )
+    return (*found, *(fold for fold in _folds(robot, everything) if fold.between not in joined))
 
 
 def _shared_place(robot, one, other, leg):
@@ -129,12 +119,7 @@ def _shared_place(robot, one, other, leg):
             if high - low <= SHORTEST * abs(a.end - a.start):
                 continue
             z = a.at(low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES)
-            pose = igm(
-                robot,
-                pairs(z),
-                one.working,
-                unreachable="nan",
-            )
+            pose = igm(robot, pairs(z), one.working, unreachable="nan")
             if leg is None:
                 others = [*pose.sines]
             else:
@@ -174,13 +159,7 @@ def _folds(robot, everything):
                     and one.assembly == other.assembly
                 )
                 if same and one.working[leg] != other.working[leg]:
-                    yield Passage(
-                        (one.number, other.number),
-                        Singularity.SERIAL,
-                        leg,
-                        centre,
-                        True,
-                    )
+                    yield Passage((one.number, other.number), Singularity.SERIAL, leg, centre, True)
 
 
 def aspect_of(pose: Pose) -> Aspect:
@@ -196,11 +175,7 @@ def aspect_of(pose: Pose) -> Aspect:
     )
 
 
-@takes(
-    robot=instance(FiveBar, Biglide),
-    start=a_pose,
-    goal=a_pose,
-)
+@takes(robot=instance(FiveBar, Biglide), start=a_pose, goal=a_pose)
 def routes(robot: FiveBar, start: Pose, goal: Pose) -> tuple[Route, ...]:
     """Return the ways from start to goal through aspects, those with fewest crossings first.
 

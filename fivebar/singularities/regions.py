@@ -63,8 +63,7 @@ class LocusArc:
     def reversed(self) -> LocusArc:
         twin = LocusArc(self.locus, self.end, self.start)
         twin.__dict__.update(
-            _samples=tuple(each[::-1] for each in self._samples),
-            moment=-self.moment,
+            _samples=tuple(each[::-1] for each in self._samples), moment=-self.moment
         )
         return twin
 
@@ -114,15 +113,8 @@ class LocusArc:
 
     def dense(self, spacing: float) -> np.ndarray:
         """Return points on the arc about this far apart, its start but not its end among them."""
-        along = np.append(
-            0.0,
-            np.cumsum(np.abs(np.diff(self.z))),
-        )
-        even = np.linspace(
-            0,
-            along[-1],
-            int(np.ceil(along[-1] / spacing)) + 1,
-        )[:-1]
+        along = np.append(0.0, np.cumsum(np.abs(np.diff(self.z))))
+        even = np.linspace(0, along[-1], int(np.ceil(along[-1] / spacing)) + 1)[:-1]
         return self.at(np.interp(even, along, self.s))
 
     def feet(self, z: complex, within: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
@@ -132,10 +124,7 @@ class LocusArc:
         distance = np.abs(self.z - z)
         left = np.append(np.inf, distance[:-1])
         right = np.append(distance[1:], np.inf)
-        s, distance = self._feet(
-            z,
-            np.flatnonzero((distance <= left) & (distance <= right)),
-        )
+        s, distance = self._feet(z, np.flatnonzero((distance <= left) & (distance <= right)))
         s, first = np.unique(s, return_index=True)
         distance = distance[first]
         return s[distance <= within], distance[distance <= within]
@@ -153,10 +142,7 @@ class LocusArc:
         # chord.
         slack = 0.005 * np.abs(np.diff(self.z))
         rows, k = np.nonzero(distance - slack <= (distance + slack).min(axis=1)[:, None])
-        s, distance = self._feet(
-            z[rows],
-            k + (part[rows, k] > 0.5),
-        )
+        s, distance = self._feet(z[rows], k + (part[rows, k] > 0.5))
         order = np.lexsort((distance, rows))
         first = order[np.searchsorted(rows[order], np.arange(len(z)))]
         return s[first], distance[first]
@@ -168,11 +154,7 @@ class LocusArc:
         start = self.z[:-1]
         chord = np.diff(self.z)
         away = z[:, None] - start
-        part = np.clip(
-            (away * chord.conj()).real / np.abs(chord) ** 2,
-            0,
-            1,
-        )
+        part = np.clip((away * chord.conj()).real / np.abs(chord) ** 2, 0, 1)
         return part, np.abs(away - part * chord)
 
     def _feet(self, z, index):
@@ -182,24 +164,11 @@ class LocusArc:
         s = self.s[index]
         on, tangent = self.curve(s)
         ahead = ((on - z) * tangent.conj()).real < 0
-        low = np.where(
-            ahead,
-            s,
-            self.s[np.maximum(index - 1, 0)],
-        )
-        high = np.where(
-            ahead,
-            self.s[np.minimum(index + 1, len(self.s) - 1)],
-            s,
-        )
+        low = np.where(ahead, s, self.s[np.maximum(index - 1, 0)])
+        high = np.where(ahead, self.s[np.minimum(index + 1, len(self.s) - 1)], s)
         z = np.broadcast_to(z, s.shape)
         rounding = 4 * EPS * np.abs(self.z).max() * np.abs(tangent)
-        foot = rising_zeros(
-            lambda i, t: self._slope(t, z[i]),
-            low,
-            high,
-            rounding,
-        )
+        foot = rising_zeros(lambda i, t: self._slope(t, z[i]), low, high, rounding)
         s = np.where(np.isnan(foot), s, foot)
         return s, np.abs(self.at(s) - z)
 
@@ -339,11 +308,7 @@ def points_of_largest_clearance(
         return []
     # Any ridge names two samples and the vertices equally far from them.
     vertices = np.array(diagram.ridge_vertices)
-    points = np.repeat(
-        diagram.ridge_points[:, :1],
-        2,
-        axis=1,
-    )
+    points = np.repeat(diagram.ridge_points[:, :1], 2, axis=1)
     points = points[vertices >= 0]
     vertices = vertices[vertices >= 0]
     z = diagram.vertices @ (1, 1j)
@@ -392,8 +357,7 @@ def off_border(loops: tuple, size: float) -> tuple[complex, float]:
     a face however thin.
     """
     arcs = sorted(
-        (arc for loop in loops for arc in loop),
-        key=lambda arc: -np.abs(np.diff(arc.z)).sum(),
+        (arc for loop in loops for arc in loop), key=lambda arc: -np.abs(np.diff(arc.z)).sum()
     )
     for arc in arcs:
         # A curve may turn back in its middle, where the face has no width.

@@ -12,10 +12,7 @@ import numpy as np
 
 
 def rising_zeros(
-    f: Callable,
-    low: np.ndarray,
-    high: np.ndarray,
-    rounding: np.ndarray,
+    f: Callable, low: np.ndarray, high: np.ndarray, rounding: np.ndarray
 ) -> np.ndarray:
     """Return parameters (n,) at which functions rise through 0 between low (n,) and high (n,), nan
     where they do not.
@@ -35,11 +32,7 @@ def rising_zeros(
         b = high[active]
         fa = f_low[active]
         fb = f_high[active]
-        share = np.clip(
-            fa / (fa - fb),
-            1e-3,
-            1 - 1e-3,
-        )
+        share = np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3)
         t = a + share * (b - a)
         zero[active] = t
         value = f(active, t)

@@ -45,11 +45,7 @@ class WebPage:
 
 
 def document(
-    folder: Path,
-    title: str,
-    scripts: str = "'unsafe-inline'",
-    style: str = "",
-    **parts: str,
+    folder: Path, title: str, scripts: str = "'unsafe-inline'", style: str = "", **parts: str
 ) -> str:
     """Return the page whose body and own style are page.html and page.css of this folder.
 
@@ -61,10 +57,7 @@ def document(
     common, own = ((place / "page.css").read_text("utf-8") for place in (HERE, folder))
     style = common + style + own
     return Template((HERE / "page.html").read_text("utf-8")).substitute(
-        title=title,
-        scripts=scripts,
-        style=style,
-        body=body,
+        title=title, scripts=scripts, style=style, body=body
     )
 
 
@@ -106,12 +99,7 @@ def script(folder: Path, *names: str) -> str:
     return "\n".join((folder / f"{name}.js").read_text("utf-8") for name in names)
 
 
-def frame_html(
-    page: str,
-    title: str,
-    height: int,
-    style: str = "",
-) -> str:
+def frame_html(page: str, title: str, height: int, style: str = "") -> str:
     """Return HTML of a frame with this page, so many pixels high, for a notebook."""
     return (
         f'<iframe style="width:100%;height:{height}px;border:0;{style}"'

@@ -48,11 +48,7 @@ def pose_functions(robot: Robot, *more: ca.SX) -> list[ca.Function]:
     modes = ca.SX.sym("modes", 2)
     mode = ca.SX.sym("mode")
     with as_numbers():
-        reached = task_pose(
-            robot,
-            (point[0], point[1]),
-            (modes[0], modes[1]),
-        )
+        reached = task_pose(robot, (point[0], point[1]), (modes[0], modes[1]))
         driven = joint_pose(robot, (point[0], point[1]), mode)
         found = [
             named_function("igm", pose_outputs(reached), point, modes, *more),
@@ -64,13 +60,7 @@ def pose_functions(robot: Robot, *more: ca.SX) -> list[ca.Function]:
 def named_function(name: str, outputs: dict[str, ca.SX], *inputs: ca.SX) -> ca.Function:
     """A function of symbols, whose inputs are called as they are."""
     expressions = ca.cse([ca.densify(ca.SX(value)) for value in outputs.values()])
-    return ca.Function(
-        name,
-        inputs,
-        expressions,
-        [_name(each) for each in inputs],
-        list(outputs),
-    )
+    return ca.Function(name, inputs, expressions, [_name(each) for each in inputs], list(outputs))
 
 
 def _name(symbol):

@@ -26,11 +26,7 @@ def map_loci(data: Map) -> Iterator[tuple]:
     task = data.space == "task"
     ends = (data.y if task else data.x)[[0, -1]]
     pieces: list[tuple] = [
-        (
-            locus_words(piece),
-            piece.working if task else piece.assembly,
-            piece.drawn(*ends),
-        )
+        (locus_words(piece), piece.working if task else piece.assembly, piece.drawn(*ends))
         for piece in (loci.task if task else loci.joint)
     ]
     if task:

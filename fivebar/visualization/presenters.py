@@ -46,12 +46,7 @@ def plot(result: Any, path: BinaryFile | None, **options: Any) -> Figure:
     return saved(draw(result, **options), path)
 
 
-def page(
-    result: Any,
-    path: Any,
-    show: Any,
-    title: str | None,
-) -> Page | LivePage | None:
+def page(result: Any, path: Any, show: Any, title: str | None) -> Page | LivePage | None:
     """Make the page of a result: of a Design its live page, of a Front a table with a picture, else
     linked plots.
     """
@@ -86,13 +81,6 @@ def scene(result: Any, show: Any, title: str | None) -> Scene:
         measured, simulated = result.measured, result.simulated
         if measured.xi_ref is None:
             simulated = replace(simulated, xi_ref=None)
-        return scene(
-            measured.robot,
-            measured,
-            show,
-            second=simulated,
-            title=title,
-            names=names,
-        )
+        return scene(measured.robot, measured, show, second=simulated, title=title, names=names)
     mechanism = result.linkage if type(result).__name__ == "Study" else result.robot
     return scene(mechanism, result, show, title=title)

@@ -110,10 +110,7 @@ class Skeleton:
 
 
 def robot_body(
-    robot: Robot,
-    pivots: np.ndarray,
-    xi: np.ndarray,
-    tool: tuple[int, float, float] | None = None,
+    robot: Robot, pivots: np.ndarray, xi: np.ndarray, tool: tuple[int, float, float] | None = None
 ) -> Skeleton:
     """Return the body of a robot from its elbows or feet (m, 2, 2) m and end-effector (m, 2) m.
 
@@ -137,14 +134,8 @@ def robot_body(
     low = np.fmin.reduce(pivots[..., 1], axis=None) - 0.3 * bar
     high = np.fmax.reduce(pivots[..., 1], axis=None) + 0.3 * bar
     left, right = (np.full(len(xi), drive.x) for drive in robot.drives)
-    rails = [
-        (left, 0 * left + low),
-        (left, 0 * left + high),
-    ]
-    rails += [
-        (right, 0 * right + low),
-        (right, 0 * right + high),
-    ]
+    rails = [(left, 0 * left + low), (left, 0 * left + high)]
+    rails += [(right, 0 * right + low), (right, 0 * right + high)]
     half = np.array([0, 0.07 * bar])
     blocks = np.concatenate([pivots - half, pivots + half], axis=1)[:, [0, 2, 1, 3]]
     ends = np.moveaxis(np.array(rails), -1, 0)
@@ -166,10 +157,7 @@ def run_body(run: Run) -> Skeleton:
     return robot_body(run.robot, elbows(run.robot, run.q), run.xi, run.tool)
 
 
-def pose_body(
-    poses: Iterable[Pose],
-    tool: tuple[int, float, float] | None = None,
-) -> Skeleton:
+def pose_body(poses: Iterable[Pose], tool: tuple[int, float, float] | None = None) -> Skeleton:
     """Return the body of one robot in poses or batches of poses, one after the other."""
     poses = list(poses)
     pivots = np.concatenate([pose.elbows.reshape(-1, 2, 2) for pose in poses])
@@ -181,11 +169,7 @@ def measured_pose(robot: Robot, q: np.ndarray, xi: np.ndarray) -> Pose:
     """Return the pose of joints q (m, 2) and end-effector xi (m, 2) as they were simulated,
     singular or not.
     """
-    x, y = np.moveaxis(
-        xi[:, None] - elbows(robot, q),
-        -1,
-        0,
-    )
+    x, y = np.moveaxis(xi[:, None] - elbows(robot, q), -1, 0)
     phi = np.arctan2(y, x).T
     passive = [drive.relative(*angles) for drive, *angles in zip(robot.drives, phi, q.T)]
     return four_joint_pose(robot, tuple(q.T), tuple(passive))
@@ -201,12 +185,7 @@ def study_body(study: Study) -> Skeleton:
         links += [name for name, link in chain.links.items() if link.origin is origin]
     links = tuple(dict.fromkeys(links))
     texts = tuple("" if name in chain.marks else name for name in names)
-    return Skeleton(
-        study.points(),
-        **chain_parts(chain),
-        names=texts,
-        link_names=links,
-    )
+    return Skeleton(study.points(), **chain_parts(chain), names=texts, link_names=links)
 
 
 def chain_parts(chain: Any) -> dict:

@@ -19,22 +19,9 @@ if TYPE_CHECKING:
     from ..singularities.maps import Map
 
 # Okabe and Ito's colours, told apart by the colour-blind; dashes tell curves apart in any colours.
-COLOURS = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-    "#000000",
-)
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 BLUE, ORANGE, GREEN, PINK, AMBER, SKY, BLACK = COLOURS
-DASHES = (
-    "-",
-    (0, (6, 2)),
-    (0, (2, 1.5)),
-    (0, (6, 2, 1, 2)),
-)
+DASHES = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1, 2)))
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
 SIDES = ("left", LEFT), ("right", RIGHT)
 # Bars have a contrast of 3 : 1 or more to white paper and to the dark ground of pages.
@@ -48,20 +35,13 @@ GUIDE = "#d9d9d9"
 PALE = "#8a939c"
 LENGTHS = "l11", "l12", "l21", "l22", "l1", "l2", "d"
 
-TYPE_1, ACROSS, TYPE_3 = (
-    "Type 1: a leg in line",
-    "Type 1: a bar across its guide",
-    "Type 3",
-)
+TYPE_1, ACROSS, TYPE_3 = ("Type 1: a leg in line", "Type 1: a bar across its guide", "Type 3")
 TYPE_2 = {
     "stretched": "Type 2: distal bars stretched",
     "folded": "Type 2: distal bars folded",
     "self-motion": "Type 2: elbows coincide, self-motion",
 }
-ALONG, DEXTEROUS = (
-    "path, from ● to ■",
-    "dexterous region, inside its border",
-)
+ALONG, DEXTEROUS = ("path, from ● to ■", "dexterous region, inside its border")
 POINTS = {
     Singularity.SERIAL: "Type 1 in a point: a leg folded on its base",
     Singularity.PARALLEL: "Type 2 in a point: elbows coincide, self-motion",
@@ -94,23 +74,12 @@ def field_scale(data: Map) -> Scale:
     if field in SIGNED:
         return Scale(words, "diverging", -1.0, 1.0)
     if field == "transmission_angle":
-        return Scale(
-            words.replace("rad", "deg"),
-            "falling",
-            0.0,
-            90.0,
-            factor=180 / np.pi,
-        )
+        return Scale(words.replace("rad", "deg"), "falling", 0.0, 90.0, factor=180 / np.pi)
     if field.startswith("condition"):
         return Scale(words, "rising", 1.0, 100.0, logarithmic=True)
     finite = data.values[np.isfinite(data.values)]
     high = float(np.quantile(finite, 0.95)) if finite.size else 0.0
-    return Scale(
-        words,
-        "rising" if field == "manipulability" else "falling",
-        0.0,
-        high or 1.0,
-    )
+    return Scale(words, "rising" if field == "manipulability" else "falling", 0.0, high or 1.0)
 
 
 def largest_of(values: np.ndarray) -> float:

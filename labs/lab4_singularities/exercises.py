@@ -201,17 +201,23 @@ MARGINS = Exercise(
         Misconception(
             "cosines instead of sines",
             "A margin is 0 at the singularity. What is yours for a straight leg?",
-            lambda robot, q11, q12, q21, q22: (np.cos(q12), np.cos(q22), np.cos(q21 + q22 - q11 - q12)),
+            lambda robot, q11, q12, q21, q22: (
+                np.cos(q12),
+                np.cos(q22),
+                np.cos(q21 + q22 - q11 - q12),
+            ),
         ),
         Misconception(
             "directions of the distal bars in the serial margins",
             "Whether a leg is straight does not depend on where it points.",
             lambda robot, q11, q12, q21, q22: (
-                np.sin(q11 + q12), np.sin(q21 + q22), margins(robot, q11, q12, q21, q22)[2]
+                np.sin(q11 + q12),
+                np.sin(q21 + q22),
+                margins(robot, q11, q12, q21, q22)[2],
             ),
         ),
     ),
-)  # fmt: skip
+)
 
 
 def coupler(robot, q11, branch, reach=None):

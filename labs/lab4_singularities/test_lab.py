@@ -133,8 +133,15 @@ def of_wrong_angles(robot, draw, count=8, places=181):
 def hardly_singular(robot, draw):
     """On both sides of what counts as singular: sines of 1e-3 and 1e-4, and of 3e-7."""
     sines = np.array([1e-3, -1e-4, 3e-7])
-    return batch(*(joints(pose) for pose in (beside_type_2(robot, draw, sines), *(
-        beside_type_1(robot, draw, sines, leg) for leg in (0, 1)))))  # fmt: skip
+    return batch(
+        *(
+            joints(pose)
+            for pose in (
+                beside_type_2(robot, draw, sines),
+                *(beside_type_1(robot, draw, sines, leg) for leg in (0, 1)),
+            )
+        )
+    )
 
 
 def of_all_types(robot, draw):

@@ -23,7 +23,7 @@ def trajectory(t, x0, y0, x1, y1, duration):
 
 def computed_torque(
     q11t, q21t, q11tD, q21tD, q11tDD, q21tDD, q11, q12, q21, q22, q11D, q12D, q21D, q22D, kp, kd
-):  # fmt: skip
+):
     """Torques tau1, tau2 (N m); t marks the target, kp is in 1/s^2 and kd in 1/s."""
     raise NotImplementedError("lab6 task 2: computed torque control")
 

@@ -199,8 +199,14 @@ def test_efforts(ask, robot, draw):
     n = len(rows[0])
     limit = 1e-9 + np.concatenate([np.zeros(8), 1e-13 / NEAR[:6] ** 2])
     ask(
-        "efforts", *rows[:2], *velocity(draw, n), *draw.uniform(-3, 3, (2, n)), *rows[2:], tolerance=limit, robot=other
-    )  # fmt: skip
+        "efforts",
+        *rows[:2],
+        *velocity(draw, n),
+        *draw.uniform(-3, 3, (2, n)),
+        *rows[2:],
+        tolerance=limit,
+        robot=other,
+    )
 
 
 def tasks(robot, draw):

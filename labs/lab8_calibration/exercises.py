@@ -204,10 +204,7 @@ def calibrate(robot, q, xi):
 
 CALIBRATE = Exercise(f"calibrate(q, xi) -> {LENGTHS}", calibrate, of_lists=True)
 EXERCISES = [MISSES, DERIVATIVES, UNSEEN, CALIBRATE]
-USES = {
-    "calibrate": ("misses", "derivatives"),
-    "own_robot": ("misses", "derivatives", "calibrate"),
-}
+USES = {"calibrate": ("misses", "derivatives"), "own_robot": ("misses", "derivatives", "calibrate")}
 
 
 def as_drawn(draw):

@@ -19,14 +19,8 @@ ROS = "fivebar run has no '{}': it runs the lab's scripts without ROS and Qt"
 @pytest.mark.parametrize(
     "script, message",
     [
-        (
-            LOOP + "pass",
-            "the script never called apply_efforts (or start_oscillate)",
-        ),
-        (
-            "robot.apply_efforts(0, 0)\n" + LOOP + "pass",
-            "the last apply_efforts was at t = 0.01 s",
-        ),
+        (LOOP + "pass", "the script never called apply_efforts (or start_oscillate)"),
+        ("robot.apply_efforts(0, 0)\n" + LOOP + "pass", "the last apply_efforts was at t = 0.01 s"),
         (
             "import time\nwhile time.time() < 2e9:\n    robot.data_updated()",
             "the script never called apply_efforts",
@@ -60,12 +54,24 @@ def test_an_error_has_the_scripts_own_traceback(tmp_path):
 
 
 REFUSED = [
-    ("robot.apply_efforts(0.0, float('nan'))", "ValueError: apply_efforts at t = 0.3 s: the right effort is nan"),
-    ("robot.apply_efforts(float('inf'), 0.0)", "apply_efforts at t = 0.3 s: the left effort is inf"),
-    ("robot.apply_efforts('1', 0.0)", "TypeError: apply_efforts at t = 0.3 s: the left effort is '1', not one number"),
+    (
+        "robot.apply_efforts(0.0, float('nan'))",
+        "ValueError: apply_efforts at t = 0.3 s: the right effort is nan",
+    ),
+    (
+        "robot.apply_efforts(float('inf'), 0.0)",
+        "apply_efforts at t = 0.3 s: the left effort is inf",
+    ),
+    (
+        "robot.apply_efforts('1', 0.0)",
+        "TypeError: apply_efforts at t = 0.3 s: the left effort is '1', not one number",
+    ),
     ("robot.apply_efforts(0.0, None)", "the right effort is None, not one number"),
     ("robot.apply_efforts(0.0, 1j)", "the right effort is 1j, not one number"),
-    ("robot.apply_efforts(np.zeros(2), 0.0)", "the left effort is an array of shape (2,), not one number"),
+    (
+        "robot.apply_efforts(np.zeros(2), 0.0)",
+        "the left effort is an array of shape (2,), not one number",
+    ),
     ("Robot('biglide')", "RuntimeError: Robot('biglide'): there is a Robot already"),
     ("robot.get_logger()", "AttributeError: Robot has no 'get_logger' in fivebar run"),
     ("start_robot(3)", "TypeError: start_robot needs a Robot, not 3"),
@@ -76,12 +82,18 @@ REFUSED = [
     ("from geometry_msgs.msg import Twist", "ModuleNotFoundError: " + ROS.format("geometry_msgs")),
     ("import ament_index_python", ROS.format("ament_index_python")),
     ("from lab_amoro.parallel_robot import Node", ROS.format("lab_amoro.parallel_robot.Node")),
-    ("Scope('s', -1, 1).update(0, 1, 'a')", "TypeError: Scope 's': update needs three numbers, not 0, 1, 'a'"),
+    (
+        "Scope('s', -1, 1).update(0, 1, 'a')",
+        "TypeError: Scope 's': update needs three numbers, not 0, 1, 'a'",
+    ),
     ("from PyQt5.QtWidgets import QApplication", ROS.format("PyQt5")),
     ("import no_such_module", "ModuleNotFoundError: No module named 'no_such_module'"),
-    ("robot.apply_efforts(50.0, -1e10)", "ArithmeticError: apply_efforts at t = 0.3 s: efforts [ 5.e+01 -1.e+10] "
-     "N m drive the robot faster than can be followed (the "),
-]  # fmt: skip
+    (
+        "robot.apply_efforts(50.0, -1e10)",
+        "ArithmeticError: apply_efforts at t = 0.3 s: efforts [ 5.e+01 -1.e+10] "
+        "N m drive the robot faster than can be followed (the ",
+    ),
+]
 
 
 @pytest.mark.deep
@@ -104,13 +116,20 @@ for statement in {[statement for statement, _ in REFUSED]}:
 @pytest.mark.parametrize(
     "script, message",
     [
-        ("from lab_amoro.parallel_robot import *\nrclpy.init()\nRobot('delta')",
-         "ValueError: Robot('delta'): no such robot; the known ones are 'five_bar', 'biglide'"),
-        ("from lab_amoro.parallel_robot import *\nRobot('biglide')",
-         "RuntimeError: Robot('biglide') before rclpy.init(args=args)"),
-        (START.replace("start_robot(robot)", "") + LOOP + "pass", "start_robot(robot) was never called"),
+        (
+            "from lab_amoro.parallel_robot import *\nrclpy.init()\nRobot('delta')",
+            "ValueError: Robot('delta'): no such robot; the known ones are 'five_bar', 'biglide'",
+        ),
+        (
+            "from lab_amoro.parallel_robot import *\nRobot('biglide')",
+            "RuntimeError: Robot('biglide') before rclpy.init(args=args)",
+        ),
+        (
+            START.replace("start_robot(robot)", "") + LOOP + "pass",
+            "start_robot(robot) was never called",
+        ),
     ],
-)  # fmt: skip
+)
 @pytest.mark.deep
 def test_what_comes_before_a_robot(tmp_path, script, message):
     assert message in run(tmp_path, script, code=1).stderr
@@ -202,14 +221,8 @@ path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
         (["script.py", "--seed", "-1"], "--seed must be from 0 to 4294967295, not -1"),
         (["script.py", "--record", "none/run.csv"], "--record none/run.csv: no such folder"),
         (["script.py", "--record", "."], "--record . is a folder, not a file"),
-        (
-            ["script.py", "--plot", "run.xyz"],
-            "--plot must end in .png, .svg or .pdf",
-        ),
-        (
-            ["script.py", "--animate", "run"],
-            "--animate must end in .html",
-        ),
+        (["script.py", "--plot", "run.xyz"], "--plot must end in .png, .svg or .pdf"),
+        (["script.py", "--animate", "run"], "--animate must end in .html"),
         (["script.py", "--plots", "none"], "--plots none: no such folder"),
         (["--until", "x", "script.py"], "invalid float value: 'x'"),
         (["script.py", "--until", "x"], "invalid float value: 'x'"),

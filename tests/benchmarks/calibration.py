@@ -49,8 +49,12 @@ BOX = np.stack(
 GRID = np.stack(
     np.meshgrid(np.linspace(-0.05, 0.05, 3), np.linspace(0.07, 0.125, 3)), axis=-1
 ).reshape(-1, 2)
-DISTURBED = {"tilted plane": (1.0, 0.0, 0.0), "arm off its plane": (0.0, 2e-4, 0.0), "backlash": (0.0, 0.0, 0.1),
-             "all three": (1.0, 2e-4, 0.1)}  # fmt: skip
+DISTURBED = {
+    "tilted plane": (1.0, 0.0, 0.0),
+    "arm off its plane": (0.0, 2e-4, 0.0),
+    "backlash": (0.0, 0.0, 0.1),
+    "all three": (1.0, 2e-4, 0.1),
+}
 
 
 def disturbed(true, q, assembly, rng, tilt, off, backlash):

@@ -74,8 +74,10 @@ def main(quick=False, out=None):
     for name, frames in (("a length slides", sliding), ("the end-effector is dragged", dragging)):
         for what, values in zip(("between frames", "work of a frame"), frames.T):
             median, late = np.median(values), np.quantile(values, 0.99)
-            print(f"{name}, {what}: median {median:.1f} ms (bound 16), 99th percentile {late:.1f} ms (bound 33), "
-                  f"longest {values.max():.1f} ms, {len(values)} frames")  # fmt: skip
+            print(
+                f"{name}, {what}: median {median:.1f} ms (bound 16), 99th percentile {late:.1f} ms (bound 33), "
+                f"longest {values.max():.1f} ms, {len(values)} frames"
+            )
     if out:
         _chart(sliding, dragging).savefig(out, dpi=120)
         print(out)

@@ -78,8 +78,9 @@ def main(quick=False):
                 f"{name}: {len(pairs)} pairs, {words.count('solved')} solved, {words.count('unreachable')} unreachable,"
                 f" {len(failed)} failed in {took:.1f} s\n  processor time of plans {sum(seconds):.1f} s, the longest "
                 f"{max(seconds):.2f} s; largest torque {max(torques):.3g} N m; replays end within {max(errors):.1g} m; "
-                f"loop closed within {max(gaps):.1g} of a bar", flush=True,
-            )  # fmt: skip
+                f"loop closed within {max(gaps):.1g} of a bar",
+                flush=True,
+            )
             for (one, other), (what, spent, *_) in failed:
                 print(f"  {one.number} -> {other.number} after {spent:.1f} s: {what}", flush=True)
 

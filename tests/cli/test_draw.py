@@ -376,11 +376,12 @@ def test_plan_between_modes(capsys):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ([], "minimum time needs a torque"), (["--duration", "-1"], "duration must be finite and > 0"),
+        ([], "minimum time needs a torque"),
+        (["--duration", "-1"], "duration must be finite and > 0"),
         (["--working", "1", "1", "--to-working", "1", "1"], "--working keeps the modes"),
         (["--to-working", "1", "1", "--to", "0.5", "0.5"], "unreachable|out of reach"),
     ],
-)  # fmt: skip
+)
 def test_plan_refuses(options, message, capsys):
     assert main(["plan", "--from", "0.09", "0.068", "--to", "0.05", "0.1", *options]) == 2
     err = capsys.readouterr().err

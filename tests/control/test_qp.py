@@ -22,8 +22,14 @@ def test_prediction_is_the_plant_and_of_second_order(robot):
     for h in (0.02, 0.01):
         after = Model(robot, (h, h), False).step(state, tau, 0.0)[0].tolist()
         rates = bars_rates(robot, tuple(after[:4]), tuple(after[4:]))
-        run = fb.simulate(robot, lambda *_: tau, start=fb.ikm(fb.igm(robot, (0.03, 0.09)), (0.05, -0.08)),
-                          duration=h, control_period=h, step=h / 20)  # fmt: skip
+        run = fb.simulate(
+            robot,
+            lambda *_: tau,
+            start=fb.ikm(fb.igm(robot, (0.03, 0.09)), (0.05, -0.08)),
+            duration=h,
+            control_period=h,
+            step=h / 20,
+        )
         errors.append(
             np.linalg.norm(
                 np.array(rates._xi_dot) - fb.dkm(fb.dgm(robot, run.q[-1]), run.q_dot[-1]).xi_dot

@@ -145,11 +145,14 @@ def test_tip_error_by_jacobian_is_that_of_differences_and_of_monte_carlo():
     for name, size in TOLERANCES.items():
         up, down = (
             fb.dgm(
-                fb.FiveBar(**{n: getattr(LAB, n) + (s * 1e-6 if n == name else 0) for n in LENGTHS}),
-                pose.q + s * 1e-6 * np.array([name == "offset1", name == "offset2"]), pose.assembly,
+                fb.FiveBar(
+                    **{n: getattr(LAB, n) + (s * 1e-6 if n == name else 0) for n in LENGTHS}
+                ),
+                pose.q + s * 1e-6 * np.array([name == "offset1", name == "offset2"]),
+                pose.assembly,
             ).xi
             for s in (1, -1)
-        )  # fmt: skip
+        )
         slope = size * (up - down) / 2e-6
         total += slope[:, :, None] * slope[:, None, :]
     assert found.covariance == pytest.approx(total, rel=1e-6)

@@ -189,9 +189,12 @@ def test_outlying_rows_and_their_chances(absolute):
 
 def calibration(excess, sd=0.5, variance=2.0, chi2=7.0):
     return SimpleNamespace(
-        values={"d": 3.0}, sd={"d": sd}, variance=variance, chi2=chi2,
+        values={"d": 3.0},
+        sd={"d": sd},
+        variance=variance,
+        chi2=chi2,
         refit=lambda held: chi2 + excess(held["d"] - 3.0),
-    )  # fmt: skip
+    )
 
 
 def test_profile_intervals():
@@ -271,9 +274,13 @@ def measured(rng, n=12, modes=(-1, -1), frame=(0.0, 0.0, 0.0, 1.0), note=()):
 def task_of(rows, names):
     free = np.array([UNKNOWNS.index(name) for name in names])
     return SimpleNamespace(
-        rows=rows, names=tuple(names), free=free, start=values_of(ROBOT), size=np.ones(len(free)),
+        rows=rows,
+        names=tuple(names),
+        free=free,
+        start=values_of(ROBOT),
+        size=np.ones(len(free)),
         bar=float(np.mean(values_of(ROBOT)[:4])),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("loss", ["huber", "cauchy"])

@@ -8,11 +8,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.base.checks import LONGEST, SHORTEST
-from fivebar.estimation.calibration.calibrate import (
-    _reaching,
-    _with_possible_lengths,
-    start_values,
-)
+from fivebar.estimation.calibration.calibrate import _reaching, _with_possible_lengths, start_values
 from fivebar.estimation.calibration.fit import LeastSquares
 from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE, sizes, values_of
 from fivebar.estimation.calibration.poses import candidates
@@ -260,9 +256,12 @@ def test_lengths_that_would_fall_below_0_are_bounded_within_what_was_given():
     rows = rows_of(exact(4))
     task = LeastSquares(rows, free, values_of(LAB), np.ones(5), np.ones(8), bounds=given)
     assert _with_possible_lengths(task).bounds == {
-        "l11": (0.05, 0.2), "l12": (1e-6, 0.4), "d": (0.0, 0.3), "scale": (1e-6, np.inf),
+        "l11": (0.05, 0.2),
+        "l12": (1e-6, 0.4),
+        "d": (0.0, 0.3),
+        "scale": (1e-6, np.inf),
         "turn": (-2.0, 1.0),
-    }  # fmt: skip
+    }
     bare = _with_possible_lengths(replace(task, bounds=None)).bounds
     assert bare == dict.fromkeys(("l11", "l12", "scale"), (1e-6, np.inf)) | {"d": (0.0, np.inf)}
 

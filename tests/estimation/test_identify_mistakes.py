@@ -118,8 +118,14 @@ def test_wrapped_angles_lost_rows_gaps_and_a_restart():
     q[500], tau[2000:2010], t[900] = np.nan, np.nan, np.nan
     found = fb.identify(ROBOT, {"t": t, "q": q, "tau": tau})
     notes = " | ".join(found.notes)
-    for words in ("rows without a time", "without both joints' positions", "jumps by more than half a turn",
-                  "a restart", "gaps in time are not bridged", "were bridged by cubic splines"):  # fmt: skip
+    for words in (
+        "rows without a time",
+        "without both joints' positions",
+        "jumps by more than half a turn",
+        "a restart",
+        "gaps in time are not bridged",
+        "were bridged by cubic splines",
+    ):
         assert words in notes
     assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"}
 

@@ -238,7 +238,10 @@ def test_gaps_of_three_rows_are_bridged_without_torques_and_longer_ones_are_not(
     (_, _, tau, counts), _ = found.pieces
     assert np.isnan(tau[600:603]).all() and not counts[600:603].any()
     assert tau[603] == pytest.approx(log["tau"][603])
-    assert not any("bridged by" in note for note in samples(*log_of(log, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 20.0).notes)  # fmt: skip
+    assert not any(
+        "bridged by" in note
+        for note in samples(*log_of(log, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 20.0).notes
+    )
 
 
 def test_rows_of_one_piece_need_a_window_on_either_side():
@@ -278,7 +281,9 @@ def test_rows_near_type_2_and_rows_that_do_not_close_are_counted():
             f"{singular.sum()} of {total} rows are within |det A| < 0.1 of a Type-2 singularity"
         ]
         if robot is short:
-            words.append(f"{(~closes).sum()} of {total} rows do not close the loop of this robot's bars and do")  # fmt: skip
+            words.append(
+                f"{(~closes).sum()} of {total} rows do not close the loop of this robot's bars and do"
+            )
         for each in words:
             assert any(each in note for note in found.notes), (each, found.notes)
         counts = found.pieces[0][3][known]

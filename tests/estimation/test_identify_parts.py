@@ -133,8 +133,11 @@ def test_suspicions_change_one_thing_each():
     ]
     assert [mode for _, mode, *_ in found] == [-1, -1, 1, *[-1] * (len(found) - 3)]
     assert [other.gravity for *_, other, _ in found[4:]] == [
-        (0.0, 9.81), (9.81, 0.0), (-9.81, 0.0), (0.0, 0.0),
-    ]  # fmt: skip
+        (0.0, 9.81),
+        (9.81, 0.0),
+        (-9.81, 0.0),
+        (0.0, 0.0),
+    ]
     assert np.array_equal(found[1][3].tau, log.tau[:, ::-1]) and found[1][3].q is log.q
     assert np.array_equal(found[3][3].q, log.q[:, ::-1]) and found[3][3].q_dot is None
     assert found[2][3] is log and found[0][3] is log
@@ -303,9 +306,7 @@ def test_amplitudes_are_the_largest_that_keep_to_the_limits(search):
 
 def test_limits_that_are_not_given_do_not_count(search):
     """Only the margin stays: a motion within it may be as fast as it likes."""
-    free = _Search(
-        ROBOT, 2.0, 4, (None, None, None), 0.3, (-1, -1), -1, MASSES, search.bar
-    )  # fmt: skip
+    free = _Search(ROBOT, 2.0, 4, (None, None, None), 0.3, (-1, -1), -1, MASSES, search.bar)
     q = np.tile(fb.igm(ROBOT, (0.0, 0.12)).q, (5, 1))
     fast = np.full((5, 2), 1e3)
     assert free.keeps(q, fast, 1e3 * fast) and not search.keeps(q, fast, 0.0 * fast)

@@ -27,16 +27,24 @@ def rows_of(run):
         lambda: fb.from_log(RUN.t, *RUN.q.T, *RUN.tau.T),
         lambda: fb.from_log(COLUMNS, robot=ROBOT),
         lambda: fb.from_log(
-            {"t": 1e3 * RUN.t, "q": np.degrees(RUN.q), "tau": RUN.tau}, units={"t": "ms", "q1": "deg", "q2": "deg"}
+            {"t": 1e3 * RUN.t, "q": np.degrees(RUN.q), "tau": RUN.tau},
+            units={"t": "ms", "q1": "deg", "q2": "deg"},
         ),
         lambda: fb.from_log(
-            RUN.t, *((RUN.q - [0.1, 0.2]) * [-50, 50] * 4096 / (2 * np.pi)).T, *(RUN.tau / [-50, 50] / 0.062).T,
-            counts_per_turn=4096, gear_ratio=(-50, 50), offset=(0.1, 0.2), torque_constant=0.062,
+            RUN.t,
+            *((RUN.q - [0.1, 0.2]) * [-50, 50] * 4096 / (2 * np.pi)).T,
+            *(RUN.tau / [-50, 50] / 0.062).T,
+            counts_per_turn=4096,
+            gear_ratio=(-50, 50),
+            offset=(0.1, 0.2),
+            torque_constant=0.062,
         ),
-        lambda: fb.from_log(csv_of("time (ms);theta1 [deg];theta2 [deg];torque1 (mNm);torque2 (mNm)")),
+        lambda: fb.from_log(
+            csv_of("time (ms);theta1 [deg];theta2 [deg];torque1 (mNm);torque2 (mNm)")
+        ),
     ],
     ids=["arrays", "mapping", "units", "counts", "csv"],
-)  # fmt: skip
+)
 def test_the_same_run_from_logs_in_all_forms(made):
     run = made()
     np.testing.assert_allclose(run.t, RUN.t, atol=1e-12)
@@ -63,7 +71,10 @@ def test_gaps_and_restarts_are_marked_and_bridged_by_nothing(tmp_path):
     q[50] = np.nan
     run = fb.from_log(t, *q.T, *RUN.tau[keep].T)
     assert [why.split(" at ")[0].split(" before")[0] for _, _, why in run.measured.gaps] == [
-        "1 rows missing", "40 rows missing", "time jumps back from 0.778 to 0 s"]  # fmt: skip
+        "1 rows missing",
+        "40 rows missing",
+        "time jumps back from 0.778 to 0 s",
+    ]
     assert (~rows_of(run)).sum() == 3 and (np.diff(run.t) > 0).all()
     assert any("taken for a restart" in sentence for sentence in run.measured.notes)
     run.to_csv(tmp_path / "a.csv")
@@ -146,10 +157,17 @@ def test_columns_in_any_units_of_both_kinds_of_robots():
     pairs = {name: rng.normal(size=(20, 2)) * 0.1 for name in ("q", "tau", "q_dot", "xi", "xi_ref")}
     turn = np.degrees(1.0)
     for robot, head, scale in (
-        (ROBOT, "theta1 (degrés),right (deg),Couple1 mNm,effort2 (Nm),vel1 (deg/s),vitesse_2 (tr/min)",
-         (turn, turn, 1e3, 1, turn, 30 / np.pi)),
-        (fb.Biglide(), "q1 (mm),pos2 (m),force1 (mN),tau2 (N),q1_dot (mm/s),qd2 (m/s)", (1e3, 1, 1e3, 1, 1e3, 1)),
-    ):  # fmt: skip
+        (
+            ROBOT,
+            "theta1 (degrés),right (deg),Couple1 mNm,effort2 (Nm),vel1 (deg/s),vitesse_2 (tr/min)",
+            (turn, turn, 1e3, 1, turn, 30 / np.pi),
+        ),
+        (
+            fb.Biglide(),
+            "q1 (mm),pos2 (m),force1 (mN),tau2 (N),q1_dot (mm/s),qd2 (m/s)",
+            (1e3, 1, 1e3, 1, 1e3, 1),
+        ),
+    ):
         table = np.hstack([1e3 * t[:, None], *(pairs[name] for name in pairs)])
         table[:, 1:] *= (*scale, 1e3, 100, 1e3, 1)
         rows = "\n".join(",".join(map(repr, row)) for row in table.tolist())
@@ -200,9 +218,11 @@ def test_what_was_done_to_the_rows_is_said():
         "q jumps by more than half a turn 1 times, the first at row 8: taken for whole turns",
     )
     assert [(cut.row, cut.missing, cut.why) for cut in found.cuts[2:]] == [
-        (6, 2, "2 rows missing before row 11"), (8, 1, "1 rows missing before row 14"),
-        (9, 5, "5 rows missing before row 15"), (12, 0, "time jumps back from 0.21 to -0.28 s at row 18"),
-    ]  # fmt: skip
+        (6, 2, "2 rows missing before row 11"),
+        (8, 1, "1 rows missing before row 14"),
+        (9, 5, "5 rows missing before row 15"),
+        (12, 0, "time jumps back from 0.21 to -0.28 s at row 18"),
+    ]
     assert [(cut.start, cut.end) for cut in found.cuts[4:]] == [
         pytest.approx((0.13, 0.19)),
         pytest.approx((0.21, 0.23)),
@@ -211,7 +231,14 @@ def test_what_was_done_to_the_rows_is_said():
     np.testing.assert_allclose(found.q, q[kept], atol=1e-14)
     np.testing.assert_allclose(found.t[-4:], [0.21, 0.23, 0.24, 0.25], atol=1e-15)
     assert [(part.start, part.stop) for part in found.stretches] == [
-        (0, 3), (3, 4), (4, 6), (6, 8), (8, 9), (9, 12), (12, 15)]  # fmt: skip
+        (0, 3),
+        (3, 4),
+        (4, 6),
+        (6, 8),
+        (8, 9),
+        (9, 12),
+        (12, 15),
+    ]
     assert (found.step, found.q_dot, found.xi) == (pytest.approx(0.01), None, None)
     file = "t,q1,q2\n# a comment\n0,3,0\n1,-3,0\n2,-2.9,0\n4,-2.8,0\n"
     assert read_log(io.StringIO(file), ROBOT).notes[-2:] == (
@@ -290,7 +317,8 @@ def test_what_a_log_says_of_poses():
     assert np.flatnonzero(np.isnan(run.energy)).tolist() == [2, 4, 6] and run.measured.rates
     assert run.energy[0] == fb.energy(fb.dkm(fb.dgm(ROBOT, q[0]), (0.3, 0.3)))
     assert "1 of 9 rows do not close the loop of this robot's bars, the first at 0.06 s" in (
-        run.measured.notes)  # fmt: skip
+        run.measured.notes
+    )
     # A bar of the biglide that turns evenly through the horizontal; a leg of the five-bar that straightens.
     bar, phi, t = 0.2828427, np.linspace(0.16, -0.15, 12), 0.1 * np.arange(12)
     right = bar * np.sin(phi) - np.sqrt(bar**2 - (bar * np.cos(phi) - 0.4) ** 2)

@@ -7,13 +7,7 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.estimation.calibration import mistakes
 from fivebar.estimation.calibration.fit import LeastSquares
-from fivebar.estimation.calibration.measured_robot import (
-    FRAME,
-    LENGTHS,
-    bars_off,
-    sizes,
-    values_of,
-)
+from fivebar.estimation.calibration.measured_robot import FRAME, LENGTHS, bars_off, sizes, values_of
 from fivebar.estimation.calibration.mistakes import find_mistakes
 from fivebar.estimation.calibration.rows import rows_of
 from tests.helpers.twins import LAB, measured, poses, seen, twin
@@ -189,8 +183,11 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
     assert "l11      mm" in text and "the model fits to the sigma given" in text
     assert "l11, l12, l21, l22, d and scale only by the products of scale and" in text
     assert {path.name for path in out.iterdir()} == {
-        "calibration.png", "calibration.json", "calibration.txt", "robot.toml",
-    }  # fmt: skip
+        "calibration.png",
+        "calibration.json",
+        "calibration.txt",
+        "robot.toml",
+    }
     assert main([*command, "--mistakes", "mend"]) == 0
     mended = capsys.readouterr().out
     assert (

@@ -68,9 +68,16 @@ def test_crosses_are_found_in_a_small_photograph(turn, channels, drawn, monkeypa
     monkeypatch.setattr(photo, "PIXEL", 3e-4)
     cut = 1.004, 0.995
     image = photograph(
-        strokes(drawn, cut), "A5", np.random.default_rng(3), turn=turn, tilt=0.1, blur=0.7,
-        shape=(500, 680), zoom=2000.0, cut=cut,
-    )  # fmt: skip
+        strokes(drawn, cut),
+        "A5",
+        np.random.default_rng(3),
+        turn=turn,
+        tilt=0.1,
+        blur=0.7,
+        shape=(500, 680),
+        zoom=2000.0,
+        cut=cut,
+    )
     if channels:
         colours = np.array([1.2, 0.9, 0.9, 77.0])
         image = image[..., None] * colours

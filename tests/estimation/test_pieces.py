@@ -125,9 +125,11 @@ def test_measurement_poses_say_how_many_modes_they_have():
 def test_a_report_shows_two_digits_of_what_is_uncertain_and_nine_decimals_at_most(size):
     sd = 2.345 * size / 1000  # m; it is shown in millimetres
     found = SimpleNamespace(
-        values={"l11": 0.09}, sd={"l11": sd}, start=np.full(len(NEUTRAL), 0.08),
+        values={"l11": 0.09},
+        sd={"l11": sd},
+        start=np.full(len(NEUTRAL), 0.08),
         intervals=lambda: {"l11": (0.09 - 2 * sd, 0.09 + 2 * sd)},
-    )  # fmt: skip
+    )
     cells = list(_table(found))[1].split()
     assert cells[:2] == ["l11", "mm"] and len(cells) == 7
     decimals = {len(cell.partition(".")[2]) for cell in cells[2:]}

@@ -9,12 +9,7 @@ from scipy.optimize import minimize
 
 import fivebar as fb
 from fivebar.estimation.identification.bodies import consistent
-from fivebar.estimation.identification.filtering import (
-    RegressionRows,
-    at_limit,
-    filtered,
-    spikes,
-)
+from fivebar.estimation.identification.filtering import RegressionRows, at_limit, filtered, spikes
 from fivebar.estimation.identification.noisy_columns import bias
 from fivebar.estimation.identification.regression import (
     RegressionFit,
@@ -232,9 +227,12 @@ def test_prices_and_the_spread_of_what_was_kept():
     assert price(100, 5) == pytest.approx(np.log(100) + 3 * np.log(5))
     assert price(0, 0) == pytest.approx(np.log(2))
     full = RegressionFit(
-        np.array([1.0, 2.0, 3.0]), np.array([[4.0, 1.0, 0.5], [1.0, 9.0, 0.2], [0.5, 0.2, 1.0]]),
-        np.zeros((0, 2)), np.ones(2), 0.0,
-    )  # fmt: skip
+        np.array([1.0, 2.0, 3.0]),
+        np.array([[4.0, 1.0, 0.5], [1.0, 9.0, 0.2], [0.5, 0.2, 1.0]]),
+        np.zeros((0, 2)),
+        np.ones(2),
+        0.0,
+    )
     last = RegressionFit(
         np.array([1.5, 12.0]), np.diag([1.0, 8.0]), np.zeros((0, 2)), np.ones(2), 0.0
     )
@@ -288,12 +286,14 @@ def test_bars_that_bodies_can_have_are_the_nearest_ones():
         m2, at_end = shares[:2], shares[2:]
         about = turning + at_end * 0.09**2
         scale = 0.5 * 0.09
-        return np.concatenate([
-            (about * m2 - (at_end * 0.09) ** 2 - across**2) / scale**2 * 10,
-            m2,
-            (drives - (m2 - at_end) * 0.09**2) / (scale * 0.09),
-            [m - at_end.sum()],
-        ])  # fmt: skip
+        return np.concatenate(
+            [
+                (about * m2 - (at_end * 0.09) ** 2 - across**2) / scale**2 * 10,
+                m2,
+                (drives - (m2 - at_end) * 0.09**2) / (scale * 0.09),
+                [m - at_end.sum()],
+            ]
+        )
 
     sd = np.sqrt(np.diag(cov))
 
@@ -330,10 +330,15 @@ def test_a_bias_by_noise_is_what_noisy_accelerations_make():
     cov = np.linalg.inv(flat.T @ flat)
     full = RegressionFit(theta, cov, np.zeros((n, 2)), sigma, 0.0)
     sample = SimpleNamespace(
-        robot=ROBOT, assembly=-1, noise=noise, step=step, cutoff=cutoff,
-        pieces=[(None, None, None, counts)], motion=[(q, rates, accelerations)],
+        robot=ROBOT,
+        assembly=-1,
+        noise=noise,
+        step=step,
+        cutoff=cutoff,
+        pieces=[(None, None, None, counts)],
+        motion=[(q, rates, accelerations)],
         rows=SimpleNamespace(counts=counts),
-    )  # fmt: skip
+    )
     found = bias([sample], columns, full)
     offs = []
     for _ in range(100):

@@ -23,9 +23,12 @@ def run_of(t=T, working=(-1, -1), turns=(0.0, 0.0), **changes):
     motion = PATH(t)
     acc = fb.ikm(fb.igm(ROBOT, motion[0], working), motion[1])
     columns = {
-        "q": acc.pose.q + 2 * np.pi * np.array(turns), "q_dot": acc.q_dot, "xi": motion[0],
-        "tau": np.stack([t, 2 * t], axis=1), "energy": fb.energy(acc),
-    }  # fmt: skip
+        "q": acc.pose.q + 2 * np.pi * np.array(turns),
+        "q_dot": acc.q_dot,
+        "xi": motion[0],
+        "tau": np.stack([t, 2 * t], axis=1),
+        "energy": fb.energy(acc),
+    }
     return fb.Run(robot=ROBOT, t=t, **(columns | changes))
 
 
@@ -65,9 +68,11 @@ def test_a_replay_starts_at_the_measured_state(working, assembly):
     other = fb.dgm(ROBOT, pose.q, -pose.assembly, unreachable="nan")
     assert np.hypot(*(other.xi - point)) > 0.01
     run = SimpleNamespace(
-        t=np.array([0.0, 2.5]), q=np.array([(0.0, 0.0), pose.q]), xi=np.array([(0, 0), point]),
+        t=np.array([0.0, 2.5]),
+        q=np.array([(0.0, 0.0), pose.q]),
+        xi=np.array([(0, 0), point]),
         q_dot=np.array([(0.0, 0.0), (0.3, -0.2)]),
-    )  # fmt: skip
+    )
     start = _start(run, ROBOT, 1)
     assert start.pose.xi == pytest.approx(point) and start.pose.assembly == pose.assembly
     assert start.xi_dot == pytest.approx(fb.dkm(pose, (0.3, -0.2)).xi_dot)
@@ -90,10 +95,14 @@ class Simulated:
         start = options["start"]
         event = Event(0.01, Singularity.SERIAL, "sin", (-1,) * 3, (1,) * 3)
         return SimpleNamespace(
-            t=t, q=start.pose.q + np.outer(t, (1.0, 2.0)), q_dot=np.outer(t, (3.0, 4.0)),
-            xi=start.pose.xi + np.outer(t, (5.0, 6.0)), tau=np.outer(np.arange(7), (1.0, -1.0)),
-            energy=7.0 * t, events=(event,),
-        )  # fmt: skip
+            t=t,
+            q=start.pose.q + np.outer(t, (1.0, 2.0)),
+            q_dot=np.outer(t, (3.0, 4.0)),
+            xi=start.pose.xi + np.outer(t, (5.0, 6.0)),
+            tau=np.outer(np.arange(7), (1.0, -1.0)),
+            energy=7.0 * t,
+            events=(event,),
+        )
 
 
 def with_gap():

@@ -92,9 +92,10 @@ def test_priors_are_advised_by_the_scatter_where_sigma_is_not_given(rough):
     told = fb.calibrate(LAB, data, NAMES, sigma=scatter, mistakes="keep")
     assert relative.advised_priors == pytest.approx(told.advised_priors)
     words = " ".join(f"{name}={1e3 * sd:.2g}mm" for name, sd in rough.advised_priors.items())
-    assert f"7 unknowns: the robot is expected to go where it should more exactly with --prior {words}, or" in (
-        report(rough)
-    )  # fmt: skip
+    assert (
+        f"7 unknowns: the robot is expected to go where it should more exactly with --prior {words}, or"
+        in (report(rough))
+    )
     assert f"more exactly with --sigma {relative.rms:.2g} --prior l11=" in report(relative)
 
 
@@ -191,9 +192,14 @@ class Whole:
 
 
 WHOLE = Whole(
-    "a", (Part(3, True, 2.0), Part(0, False, np.inf)), {"x": 1.0}, np.array([[0.5, np.nan]]),
-    np.array([1, -1]), None, "b",
-)  # fmt: skip
+    "a",
+    (Part(3, True, 2.0), Part(0, False, np.inf)),
+    {"x": 1.0},
+    np.array([[0.5, np.nan]]),
+    np.array([1, -1]),
+    None,
+    "b",
+)
 
 
 def saved(content, kind="thing"):
@@ -285,7 +291,7 @@ def test_a_report_has_the_misses_before_and_after(rough):
         f"8 rows with 16 coordinates, in {modes} of 8 modes; 7 unknowns, of which 7 combinations can be told",
         f"misses, RMS: {rms[0]:.4g} mm before, {rms[1]:.4g} mm after,"
         f" {1e3 * np.sqrt(total / 16):.4g} mm of rows left out",
-    ]  # fmt: skip
+    ]
     assert rough.chi2 == pytest.approx((rough.residuals**2).sum() / SIGMA**2) and rough.dof == 9
     p_value = stats.chi2.sf(rough.chi2, 9)
     words = f"chi2 = {rough.chi2:.4g} for 9 degrees of freedom, p = {p_value:.2g}: the model fits"
@@ -324,7 +330,9 @@ def test_poses_are_written_with_what_is_to_be_measured_left_empty():
         assert pose.xi == pytest.approx((float(x_nominal), float(y_nominal)), abs=1e-12)
         assert (x, y) == ("", "")
         assert [int(mode) for mode in modes] == [*pose.working.tolist(), int(pose.assembly)]
-        assert pose.xi == pytest.approx(found.xi[k]) and found.q[k] == pytest.approx((float(q1), float(q2)))  # fmt: skip
+        assert pose.xi == pytest.approx(found.xi[k]) and found.q[k] == pytest.approx(
+            (float(q1), float(q2))
+        )
     assert found.sd(2e-5)["l11"] == pytest.approx(2e-5 * found.unit_sd[0])
 
 
@@ -356,7 +364,9 @@ def test_what_no_drawing_is_made_for_is_refused():
     ):
         with pytest.raises((ValueError, TypeError), match=words):
             sheet(machine, **options)
-    with pytest.raises(ValueError, match="200 x 148 mm is no sheet of A5, .* about 210 x 148 mm, its longer"):  # fmt: skip
+    with pytest.raises(
+        ValueError, match="200 x 148 mm is no sheet of A5, .* about 210 x 148 mm, its longer"
+    ):
         _sides("A5", (0.2, 0.148))
     assert _sides("A5", (0.209, 0.149)) == (0.209, 0.149) and _sides("A4", None) == (0.297, 0.21)
 
@@ -368,7 +378,9 @@ def test_a_mistake_is_told_with_what_the_bars_miss():
     data["y"] = 1e3 * data["y"]
     with pytest.raises(ValueError) as refused:
         fb.calibrate(LAB, data, ("l11",))
-    sizes = re.search(r"miss the points by (\S*) mm then, by (\S*) mm as it is; medians", str(refused.value))  # fmt: skip
+    sizes = re.search(
+        r"miss the points by (\S*) mm then, by (\S*) mm as it is; medians", str(refused.value)
+    )
     after, before = map(float, sizes.groups())
     assert after < 0.05 and 1e3 < before < 1e6
 

@@ -168,14 +168,30 @@ def evaluate(function, samples, moved=(), by=0.0):
 
 
 OPERATIONS = {
-    ca.OP_ADD: np.add, ca.OP_SUB: np.subtract, ca.OP_MUL: np.multiply, ca.OP_DIV: np.divide, ca.OP_NEG: np.negative,
-    ca.OP_SQ: np.square, ca.OP_TWICE: lambda x: 2 * x, ca.OP_INV: lambda x: 1 / x, ca.OP_SQRT: np.sqrt,
-    ca.OP_SIN: np.sin, ca.OP_COS: np.cos, ca.OP_ATAN2: np.arctan2, ca.OP_CEIL: np.ceil, ca.OP_FABS: np.abs,
-    ca.OP_SIGN: np.sign, ca.OP_ASSIGN: np.positive, ca.OP_FMIN: np.fmin, ca.OP_COPYSIGN: np.copysign,
-    ca.OP_LT: lambda x, y: 1.0 * (x < y), ca.OP_LE: lambda x, y: 1.0 * (x <= y), ca.OP_EQ: lambda x, y: 1.0 * (x == y),
+    ca.OP_ADD: np.add,
+    ca.OP_SUB: np.subtract,
+    ca.OP_MUL: np.multiply,
+    ca.OP_DIV: np.divide,
+    ca.OP_NEG: np.negative,
+    ca.OP_SQ: np.square,
+    ca.OP_TWICE: lambda x: 2 * x,
+    ca.OP_INV: lambda x: 1 / x,
+    ca.OP_SQRT: np.sqrt,
+    ca.OP_SIN: np.sin,
+    ca.OP_COS: np.cos,
+    ca.OP_ATAN2: np.arctan2,
+    ca.OP_CEIL: np.ceil,
+    ca.OP_FABS: np.abs,
+    ca.OP_SIGN: np.sign,
+    ca.OP_ASSIGN: np.positive,
+    ca.OP_FMIN: np.fmin,
+    ca.OP_COPYSIGN: np.copysign,
+    ca.OP_LT: lambda x, y: 1.0 * (x < y),
+    ca.OP_LE: lambda x, y: 1.0 * (x <= y),
+    ca.OP_EQ: lambda x, y: 1.0 * (x == y),
     ca.OP_NOT: lambda x: 1.0 * (x == 0),
     ca.OP_IF_ELSE_ZERO: lambda condition, x: np.where(condition, x, 0.0),
-}  # fmt: skip
+}
 
 
 def bound(function, samples, share, only=None):

@@ -83,9 +83,14 @@ def test_bodies_are_found_wherever_there_are_any():
     rng, found = np.random.default_rng(6), []
     for _ in range(60):
         robot = fb.FiveBar(
-            *rng.uniform(0.05, 0.2, 4), 0.05, *10 ** rng.uniform(-4, -2, 2), 10 ** rng.uniform(-2, 0),
-            *rng.normal(size=4) * 0.1, *rng.normal(size=2) * 2e-3, *rng.normal(size=2) * 0.01,
-        )  # fmt: skip
+            *rng.uniform(0.05, 0.2, 4),
+            0.05,
+            *10 ** rng.uniform(-4, -2, 2),
+            10 ** rng.uniform(-2, 0),
+            *rng.normal(size=4) * 0.1,
+            *rng.normal(size=2) * 2e-3,
+            *rng.normal(size=2) * 0.01,
+        )
         try:
             values = grouped(robot)
         except ValueError as error:

@@ -106,16 +106,20 @@ def test_the_models_themselves_say_the_same(made):
         acc = fb.dkm2(rates, q_ddot)
         M, c = fb.dynamic_model(rates)
         expected = [
-            (("dgm", q, -1), pose.xi), (("passive", q, -1), pose.q_passive), (("igm", pose.xi, pose.working), q),
+            (("dgm", q, -1), pose.xi),
+            (("passive", q, -1), pose.q_passive),
+            (("igm", pose.xi, pose.working), q),
             (("dkm", q, q_dot, -1), (pose.xi, rates.xi_dot)),
             (("ikm", pose.xi, rates.xi_dot, pose.working), (q, q_dot)),
             (("ikm2", pose.xi, rates.xi_dot, acc.xi_ddot, pose.working), (q, q_dot, q_ddot)),
             (("dynamic_model", q, q_dot, -1), (*M, c)),
             (("inverse_dynamics", q, q_dot, q_ddot, -1), fb.inverse_dynamics(acc)),
             (("forward_dynamics", q, q_dot, tau, -1), fb.forward_dynamics(rates, tau).q_ddot),
-            (("computed_torque", q, q_dot, q + 0.1, q_dot, q_ddot, (90, 80), (19, 18), -1),
-             fb.ComputedTorque(robot, (90, 80), (19, 18)).law(q, q_dot, q + 0.1, q_dot, q_ddot)),
-        ]  # fmt: skip
+            (
+                ("computed_torque", q, q_dot, q + 0.1, q_dot, q_ddot, (90, 80), (19, 18), -1),
+                fb.ComputedTorque(robot, (90, 80), (19, 18)).law(q, q_dot, q + 0.1, q_dot, q_ddot),
+            ),
+        ]
         for (name, *inputs), value in expected:
             found, status = call(name, *inputs)
             assert status == 0

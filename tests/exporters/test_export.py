@@ -216,10 +216,15 @@ def test_headers_get_along_with_each_other_with_cplusplus_and_not_with_fast_math
 def test_any_function_of_sx_is_written():
     x = casadi.SX.sym("x", 2)
     every = [
-        casadi.tan(x[0]), casadi.fmin(x[0], x[1]), casadi.if_else(x[0] < x[1], x[0], 3), casadi.floor(x[1]),
-        casadi.exp(x[0]), casadi.logic_and(x[0] <= 1, casadi.logic_not(x[1] == 2)), casadi.fabs(x[0]) ** 2.5,
+        casadi.tan(x[0]),
+        casadi.fmin(x[0], x[1]),
+        casadi.if_else(x[0] < x[1], x[0], 3),
+        casadi.floor(x[1]),
+        casadi.exp(x[0]),
+        casadi.logic_and(x[0] <= 1, casadi.logic_not(x[1] == 2)),
+        casadi.fabs(x[0]) ** 2.5,
         -casadi.inf,
-    ]  # fmt: skip
+    ]
     text = to_c(
         casadi.Function("f", [x], [casadi.densify(casadi.vertcat(*every))], ["x"], ["y"]), "f"
     )

@@ -287,15 +287,21 @@ def test_too_many_lines_are_refused(above, monkeypatch):
         (dict(axes=("X", "Z"), pen="Z"), "Gcode: pen='Z' and a joint on the axis Z"),
         (dict(axes=("Z", "X"), firmware="marlin"), "Gcode: pen='Z' and a joint on the axis Z"),
         *(
-            (dict(firmware="marlin", pen="servo") | one, "Gcode: pen='servo' needs down and up, the")
+            (
+                dict(firmware="marlin", pen="servo") | one,
+                "Gcode: pen='servo' needs down and up, the",
+            )
             for one in (dict(), dict(down=1.0), dict(up=1.0))
         ),
         *(
-            (dict(axes=axes), f"Gcode: axes must be two letters of X, Y, Z, A, B, C, U, V, W, not {axes!r}")
+            (
+                dict(axes=axes),
+                f"Gcode: axes must be two letters of X, Y, Z, A, B, C, U, V, W, not {axes!r}",
+            )
             for axes in (("X", "X"), ("X",), "XYZ", ("X", "Q"), ("Q", "X"), 3, ["XY", "Z"], None)
         ),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_in_a_dialect_is_named(options, message):
     with pytest.raises(ValueError) as caught:
         fb.Gcode(**options)
@@ -305,11 +311,18 @@ def test_what_is_wrong_in_a_dialect_is_named(options, message):
 @pytest.mark.parametrize(
     "options",
     [
-        dict(speed_error=1e-6), dict(speed_error=1.0), dict(axes=("Y", "Z")), dict(axes=("U", "W"), pen="Z"),
-        dict(pen="servo", down=0.0, up=0.0, firmware="marlin"), dict(down=1.0), dict(up=1.0), dict(max_feed=1.0),
-        dict(firmware="marlin", feed="units"), dict(firmware="marlin", axes="ZA", pen="M3"),
+        dict(speed_error=1e-6),
+        dict(speed_error=1.0),
+        dict(axes=("Y", "Z")),
+        dict(axes=("U", "W"), pen="Z"),
+        dict(pen="servo", down=0.0, up=0.0, firmware="marlin"),
+        dict(down=1.0),
+        dict(up=1.0),
+        dict(max_feed=1.0),
+        dict(firmware="marlin", feed="units"),
+        dict(firmware="marlin", axes="ZA", pen="M3"),
     ],
-)  # fmt: skip
+)
 def test_what_firmware_has_is_taken(options):
     dialect = fb.Gcode(**options)
     assert dialect.axes == tuple(options.get("axes", "XY"))
@@ -327,8 +340,10 @@ def test_another_robot_sliding_joints_and_type_2_are_refused(above):
     with pytest.raises(ValueError, match="^gcode: the motion is of another robot than the machine"):
         fb.export(above, "gcode", machine=fb.Machine(fb.FiveBar()))
     slide = fb.time_path(
-        fb.Biglide(), fb.path([(0.0, 0.2), (0.02, 0.22)]), constraints=fb.Constraints(acceleration=1.0)
-    )  # fmt: skip
+        fb.Biglide(),
+        fb.path([(0.0, 0.2), (0.02, 0.22)]),
+        constraints=fb.Constraints(acceleration=1.0),
+    )
     with pytest.raises(ValueError, match="^gcode: the joints of a biglide slide: take unit='rad'"):
         fb.export(slide, "gcode")
     text = fb.export(slide, "gcode", dialect=fb.Gcode(unit="rad", **LOOSE))

@@ -18,13 +18,21 @@ from .javascript import run
 COUNT = 100_000
 ULP = np.finfo(float).eps
 ROBOTS = {
-    "amoro": fb.FiveBar(), "unequal": UNEQUAL, "coaxial": fb.ROBOTS["haply"].robot, "biglide": fb.Biglide(l2=0.3),
-}  # fmt: skip
+    "amoro": fb.FiveBar(),
+    "unequal": UNEQUAL,
+    "coaxial": fb.ROBOTS["haply"].robot,
+    "biglide": fb.Biglide(l2=0.3),
+}
 # Where C and JavaScript ask the same of the processor; of the others each browser has its own.
-EXACT = set(OPERATIONS) | set(OWN) - {ca.OP_POW, ca.OP_CONSTPOW} | {
-    code for code, (name, _) in FUNCTIONS.items()
-    if name in ("sqrt", "fabs", "ceil", "floor", "fmin", "fmax", "fmod", "copysign")
-}  # fmt: skip
+EXACT = (
+    set(OPERATIONS)
+    | set(OWN) - {ca.OP_POW, ca.OP_CONSTPOW}
+    | {
+        code
+        for code, (name, _) in FUNCTIONS.items()
+        if name in ("sqrt", "fabs", "ceil", "floor", "fmin", "fmax", "fmod", "copysign")
+    }
+)
 
 
 def batch(function, samples):
@@ -57,8 +65,20 @@ def test_every_operation_at_every_kind_of_number():
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     samples = np.array([(a, b) for a in odd for b in odd])
     codes = sorted({*OPERATIONS, *FUNCTIONS} - {ca.OP_ASSIGN, ca.OP_CONSTPOW})
-    two = {ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR,
-           ca.OP_IF_ELSE_ZERO, *(code for code, (_, count) in FUNCTIONS.items() if count == 2)}  # fmt: skip
+    two = {
+        ca.OP_ADD,
+        ca.OP_SUB,
+        ca.OP_MUL,
+        ca.OP_DIV,
+        ca.OP_LT,
+        ca.OP_LE,
+        ca.OP_EQ,
+        ca.OP_NE,
+        ca.OP_AND,
+        ca.OP_OR,
+        ca.OP_IF_ELSE_ZERO,
+        *(code for code, (_, count) in FUNCTIONS.items() if count == 2),
+    }
     results = [ca.SX.binary(code, x, y) if code in two else ca.SX.unary(code, x) for code in codes]
     function = ca.Function("every", [x, y], results, ["x", "y"], [f"r{code}" for code in codes])
     assert {function.instruction_id(k) for k in range(function.n_instructions())} >= set(codes)
@@ -142,10 +162,13 @@ def test_models_are_pythons_at_random_and_at_the_limits(name):
         np.testing.assert_array_equal(parts["closes"][:, 0], closes)
         assert closes.any() and not closes.all()
         expected = {
-            "xi": pose.xi, "q": pose.q, "elbows": pose.elbows.swapaxes(1, 2).reshape(-1, 4),
-            "serial": np.stack(pose.sines, axis=-1), "parallel": pose.det_A[:, None],
+            "xi": pose.xi,
+            "q": pose.q,
+            "elbows": pose.elbows.swapaxes(1, 2).reshape(-1, 4),
+            "serial": np.stack(pose.sines, axis=-1),
+            "parallel": pose.det_A[:, None],
             "gap": -pose.reach_margin[:, None],
-        }  # fmt: skip
+        }
         for key, value in expected.items():
             apart = np.abs(parts[key] - value)[closes]
             if key == "q":

@@ -286,9 +286,12 @@ def test_a_terminal_of_few_letters(tmp_path, labs):
         tmp_path / "my.py", SHIFTED.replace("return", "assert q11 > 9, 'é'  # π\n    return")
     )
     run = subprocess.run(
-        [sys.executable, "-m", "fivebar", "check", "elbow", str(path), "--labs", labs], capture_output=True, cwd=ROOT,
-        env=os.environ | {"PYTHONIOENCODING": "ascii"}, timeout=60,
-    )  # fmt: skip
+        [sys.executable, "-m", "fivebar", "check", "elbow", str(path), "--labs", labs],
+        capture_output=True,
+        cwd=ROOT,
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        timeout=60,
+    )
     assert run.returncode == 0 and b"\\xe9" in run.stdout and b"\\u03c0" in run.stdout
 
 
@@ -309,9 +312,13 @@ def test_an_installed_wheel_finds_the_labs(tmp_path):
         wheel.extractall(tmp_path / "site")
     shutil.rmtree(source)
     run = subprocess.run(
-        [sys.executable, "-P", "-m", "fivebar", "check", "lab1", str(SOLUTION), "--json"], cwd=tmp_path, text=True,
-        capture_output=True, env=os.environ | {"PYTHONPATH": str(tmp_path / "site")}, timeout=120,
-    )  # fmt: skip
+        [sys.executable, "-P", "-m", "fivebar", "check", "lab1", str(SOLUTION), "--json"],
+        cwd=tmp_path,
+        text=True,
+        capture_output=True,
+        env=os.environ | {"PYTHONPATH": str(tmp_path / "site")},
+        timeout=120,
+    )
     assert run.returncode == 0, run.stderr
     assert json.loads(run.stdout)["points"] == 20
     packed = {path.read_bytes() for path in (tmp_path / "site").rglob("*") if path.is_file()}

@@ -73,10 +73,16 @@ def points(out):
 @pytest.mark.deep
 def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     for name, source in {
-        "anna": RIGHT, "ben": SHIFTED, "carl": HALF, "dora": UNTOUCHED, "emil": CRASHES,
-        "gina": HANGS, "fred": "import os\nos._exit(0)\n", "=HYPERLINK(1)": RIGHT,
+        "anna": RIGHT,
+        "ben": SHIFTED,
+        "carl": HALF,
+        "dora": UNTOUCHED,
+        "emil": CRASHES,
+        "gina": HANGS,
+        "fred": "import os\nos._exit(0)\n",
+        "=HYPERLINK(1)": RIGHT,
         "<img src=x onerror=alert(1)>": RIGHT,
-    }.items():  # fmt: skip
+    }.items():
         written(folder / f"{name}.py", source)
     (folder / "latin.py").write_bytes(RIGHT.encode() + b"# l'angle oppos\xe9\n")
     (folder / "empty").mkdir()
@@ -97,9 +103,16 @@ def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     assert got["dora"] == got["fred"] == got["gina"] == got["empty"] == 0 and 0 < got["carl"] < 3
     assert "is not UTF-8 text" in (out / "students" / "latin.html").read_text("utf-8")
     assert {path.name for path in out.iterdir()} == {
-        STATE, "students", "checks.csv", "marks.csv", "items.csv", "misconceptions.csv", "summary.html",
-        "course.toml", "feedback.zip",
-    }  # fmt: skip
+        STATE,
+        "students",
+        "checks.csv",
+        "marks.csv",
+        "items.csv",
+        "misconceptions.csv",
+        "summary.html",
+        "course.toml",
+        "feedback.zip",
+    }
     assert len((out / "checks.csv").read_text("utf-8").splitlines()) == 1 + 3 * 10
     assert "'=HYPERLINK(1)," in (out / "marks.csv").read_text("utf-8")
     page = (out / "summary.html").read_text("utf-8")
@@ -175,9 +188,12 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
         written(folder / f"s{k:02d}.py", RIGHT if k % 2 else SHIFTED)
     out = tmp_path / "out"
     run = subprocess.Popen(
-        [sys.executable, "-c", HELD, *command(labs, folder, out)], cwd=ROOT, stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        [sys.executable, "-c", HELD, *command(labs, folder, out)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     assert run.stdout.readline() == "some are graded\n"
     started = descendants(run.pid)
     assert started

@@ -116,10 +116,13 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
     sheet = tmp_path / "sheet.csv"
     sheet.write_bytes(MOODLE.encode())
     files = {
-        "Ada Lovelace_4711_assignsubmission_file_/lab.py": RIGHT, "Turing_4712_assignsubmission_file_/a.py": SHIFTED,
-        "eve.py": RIGHT, "Grace_8_assignsubmission_file_/a.py": HALF, "Two_7_assignsubmission_file_/a.py": HALF,
+        "Ada Lovelace_4711_assignsubmission_file_/lab.py": RIGHT,
+        "Turing_4712_assignsubmission_file_/a.py": SHIFTED,
+        "eve.py": RIGHT,
+        "Grace_8_assignsubmission_file_/a.py": HALF,
+        "Two_7_assignsubmission_file_/a.py": HALF,
         "Two_7_assignsubmission_file_/a_old.py": RIGHT,
-    }  # fmt: skip
+    }
     code, out = cohort(files, "--gradebook", sheet)
     err = capsys.readouterr().err
     assert (

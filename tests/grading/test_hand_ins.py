@@ -94,14 +94,20 @@ def test_a_derivation_without_slips_is_the_right_model_and_with_one_it_is_not(la
             apart(exercise, exercise.outcome(exercise.derivation, robot, columns), right) <= limits
         )
         with np.errstate(all="ignore"):
-            found = {slip.name: exercise.outcome(slip.of(exercise.derivation).model, robot, columns)
-                     for slip in exercise.slips}  # fmt: skip
+            found = {
+                slip.name: exercise.outcome(slip.of(exercise.derivation).model, robot, columns)
+                for slip in exercise.slips
+            }
         same = {
             name for name, wrong in found.items() if np.all(apart(exercise, wrong, right) <= limits)
         }
         # M and c do not know in which basis A and the right side of its equation stand.
-        of_A = {"v instead of u in A", "sine and cosine exchanged in A", "sign of the y component in A",
-                "legs exchanged in A"}  # fmt: skip
+        of_A = {
+            "v instead of u in A",
+            "sine and cosine exchanged in A",
+            "sign of the y component in A",
+            "legs exchanged in A",
+        }
         # These two differ from the right model only where no pose exists.
         same = {name for name in same if not name.startswith(("root of an abs", "height 0"))}
         assert same <= (of_A if exercise.name == "dynamic_model" else set()), (exercise.name, same)

@@ -60,11 +60,26 @@ def zipped(path, files):
 
 def test_who_handed_in_what(folder, lab):
     for name in (
-        "anna.py", "ben/my_lab.py", "carl.ipynb", "Ada Lovelace_4711_assignsubmission_file_/lab.py", "hans.PY",
-        "turingalan_LATE_123_4567_lab1.py", "Twin_1_assignsubmission_file_/a.py", "Twin_2_assignsubmission_file_/a.py",
-        "two/a.py", "two/b.ipynb", "dora/__MACOSX/._a.py", "dora/.ipynb_checkpoints/a-checkpoint.ipynb", "dora/a.ipynb",
-        "none/readme.txt", "readme.txt", ".hidden.py", "=1+1\n.py", "eve.py", "eve/x.py",
-    ):  # fmt: skip
+        "anna.py",
+        "ben/my_lab.py",
+        "carl.ipynb",
+        "Ada Lovelace_4711_assignsubmission_file_/lab.py",
+        "hans.PY",
+        "turingalan_LATE_123_4567_lab1.py",
+        "Twin_1_assignsubmission_file_/a.py",
+        "Twin_2_assignsubmission_file_/a.py",
+        "two/a.py",
+        "two/b.ipynb",
+        "dora/__MACOSX/._a.py",
+        "dora/.ipynb_checkpoints/a-checkpoint.ipynb",
+        "dora/a.ipynb",
+        "none/readme.txt",
+        "readme.txt",
+        ".hidden.py",
+        "=1+1\n.py",
+        "eve.py",
+        "eve/x.py",
+    ):
         written(folder / name, "")
     written(
         folder / "eve.py_1_2_x.py", ""
@@ -79,11 +94,19 @@ def test_who_handed_in_what(folder, lab):
     entries, left = find_submissions(folder, lab)
     found = {entry.student: entry for entry in entries}
     assert {name: entry.path.name for name, entry in found.items() if not entry.trouble} == {
-        "anna": "anna.py", "ben": "my_lab.py", "carl": "carl.ipynb", "Ada Lovelace": "lab.py", "hans": "hans.PY",
-        "turingalan": "turingalan_LATE_123_4567_lab1.py", "Twin_1_assignsubmission_file_": "a.py",
-        "Twin_2_assignsubmission_file_": "a.py", "dora": "a.ipynb", "=1+1\n": "=1+1\n.py", "eve.py": "eve.py",
+        "anna": "anna.py",
+        "ben": "my_lab.py",
+        "carl": "carl.ipynb",
+        "Ada Lovelace": "lab.py",
+        "hans": "hans.PY",
+        "turingalan": "turingalan_LATE_123_4567_lab1.py",
+        "Twin_1_assignsubmission_file_": "a.py",
+        "Twin_2_assignsubmission_file_": "a.py",
+        "dora": "a.ipynb",
+        "=1+1\n": "=1+1\n.py",
+        "eve.py": "eve.py",
         "eve": "x.py",
-    }  # fmt: skip
+    }
     assert found["two"].trouble.startswith(
         "none of 2 programs (a.py, b.ipynb) defines a function of this lab"
     )
@@ -98,8 +121,9 @@ def test_who_handed_in_what(folder, lab):
         ("readme.txt", "no program"),
     }
     assert {(item.name, item.word) for item in left_of(folder, lab)["ben"]} == {
-        ("ben/up", "a symbolic link"), ("ben/pipe.py", "no regular file"),
-    }  # fmt: skip
+        ("ben/up", "a symbolic link"),
+        ("ben/pipe.py", "no regular file"),
+    }
     assert {item.name for item in left_of(folder, lab)["dora"]} == {
         "dora/__MACOSX",
         "dora/.ipynb_checkpoints",
@@ -114,15 +138,23 @@ def test_who_handed_in_what(folder, lab):
 def test_of_several_files_the_one_with_the_labs_functions_is_meant(folder, lab):
     tree = folder / "anna" / "src" / "student_scripts"
     for name, text in {
-        "five_bar_models.py": RIGHT, "control.py": CONTROL, "plots.py": "x = 1\n", "student.py": UNTOUCHED,
-        "notes.txt": "", "../../copy/student_scripts/five_bar_models.py": RIGHT,
-    }.items():  # fmt: skip
+        "five_bar_models.py": RIGHT,
+        "control.py": CONTROL,
+        "plots.py": "x = 1\n",
+        "student.py": UNTOUCHED,
+        "notes.txt": "",
+        "../../copy/student_scripts/five_bar_models.py": RIGHT,
+    }.items():
         written(tree / name, text)
     (entry,), _ = find_submissions(folder, lab)
     assert entry.path.name == "five_bar_models.py" and not entry.trouble
     assert {item.name.rsplit("/", 1)[1] for item in left_of(folder, lab)["anna"]} == {
-        "control.py", "plots.py", "student.py", "notes.txt", "five_bar_models.py",
-    }  # fmt: skip
+        "control.py",
+        "plots.py",
+        "student.py",
+        "notes.txt",
+        "five_bar_models.py",
+    }
     written(tree / "older.py", SHIFTED)
     (entry,), _ = find_submissions(folder, lab)
     assert (
@@ -306,8 +338,10 @@ def test_all_that_is_not_graded_is_listed_and_stops_nothing(labs, folder, tmp_pa
     )
     rows = list(csv.DictReader(io.StringIO((out / "marks.csv").read_text("utf-8-sig"))))
     assert [(row["student"], row["file"], row["mark"], row["state"]) for row in rows] == [
-        ("anna", "lab.py", "4", "graded"), ("ben", "ben.py", "1", "graded"), ("loop", "", "", "no program"),
-    ]  # fmt: skip
+        ("anna", "lab.py", "4", "graded"),
+        ("ben", "ben.py", "1", "graded"),
+        ("loop", "", "", "no program"),
+    ]
     page = (out / "summary.html").read_text("utf-8")
     assert "anna/control.py" in page and "grades.xlsx" in page
     inside = [
@@ -349,8 +383,9 @@ def test_canvas_gives_each_file_of_one_student_a_name_of_its_own(folder, lab):
     written(folder / "turingalan_124_4569_lab-1.py", SHIFTED)
     entries, _ = find_submissions(folder, lab)
     assert [(entry.path.name, entry.number) for entry in entries] == [
-        ("turingalan_123_4567_five_bar_models.py", "123"), ("turingalan_124_4569_lab-1.py", "124"),
-    ]  # fmt: skip
+        ("turingalan_123_4567_five_bar_models.py", "123"),
+        ("turingalan_124_4569_lab-1.py", "124"),
+    ]
     left = left_of(folder, lab)["turingalan_123_4567_five_bar_models.py"]
     assert [item.name for item in left] == ["turingalan_123_4568_control-1.py"]
 

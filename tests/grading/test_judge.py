@@ -170,8 +170,11 @@ def test_angles_in_degrees_are_recognised_whatever_turn_they_come_with():
 
 
 def test_matrices_and_vectors_are_read():
-    model = Exercise("f(a) -> M, c", lambda robot, a: (a[:, None, None] * np.eye(2), a[:, None] * np.ones(2)),
-                     shapes={"M": (2, 2), "c": (2,)})  # fmt: skip
+    model = Exercise(
+        "f(a) -> M, c",
+        lambda robot, a: (a[:, None, None] * np.eye(2), a[:, None] * np.ones(2)),
+        shapes={"M": (2, 2), "c": (2,)},
+    )
     a = np.array([1.0, 2.0])
     for c in (lambda v: np.full((2, 1), v), lambda v: [v, v], lambda v: np.full(2, v)):
         assert (

@@ -9,15 +9,7 @@ import pytest
 
 from fivebar.grading.labs import find_lab
 from fivebar.grading.variants import robot_for
-from tests.helpers.lab_session import (
-    FOLDERS,
-    LABS,
-    SOLUTIONS,
-    load,
-    mistakes,
-    results,
-    score,
-)
+from tests.helpers.lab_session import FOLDERS, LABS, SOLUTIONS, load, mistakes, results, score
 
 FORMS = [(lab, path) for lab in FOLDERS for path in sorted(SOLUTIONS.glob(f"**/{lab}.py"))]
 CHECKS = {lab: vars(load(lab, "test_lab")) for lab in FOLDERS}
@@ -154,25 +146,60 @@ def test_the_program_grades_a_solution_with_full_marks(lab):
         ("gains", "omega = 0.25 / period", "omega = 10.0", "after 40 periods"),
         ("gains", "return omega**2, 2 * omega", "return omega**2, 1.2 * omega", "overshoots"),
         ("gains", "return omega**2, 2 * omega", "return 2 * omega, omega**2", "e"),
-        ("crossing_trajectory", "half = s * duration", "return trajectory(t, x0, y0, x1, y1, duration)", "0.1 N m"),
-        ("crossing_trajectory", "    half = s * duration", "    s = 0.97 * s\n    half = s * duration", "0.1 N m"),
+        (
+            "crossing_trajectory",
+            "half = s * duration",
+            "return trajectory(t, x0, y0, x1, y1, duration)",
+            "0.1 N m",
+        ),
+        (
+            "crossing_trajectory",
+            "    half = s * duration",
+            "    s = 0.97 * s\n    half = s * duration",
+            "0.1 N m",
+        ),
         ("crossing_trajectory", "half = s * duration", "half = s * duration / 40", "0.1 N m"),
         ("crossing_trajectory", "p * Y, pD * X", "p * Y, 1.1 * pD * X", "velocity is not"),
         ("crossing_trajectory", "pDD * X, pDD * Y", "0 * X, 0 * Y", "is not the derivative"),
-        ("crossing_trajectory", "return x0 + p * X", "return x0 + 0.001 + p * X", "beside the task"),
+        (
+            "crossing_trajectory",
+            "return x0 + p * X",
+            "return x0 + 0.001 + p * X",
+            "beside the task",
+        ),
         ("crossing_trajectory", "return x0 + p * X", "return x0 + 0 * p * X", "beside the task"),
         ("crossing_trajectory", "    half = s", "    return None\n    half = s", "return missing"),
-        ("crossing_trajectory", "    half = s", "    return 1, 2\n    half = s", "2 values where 6"),
-        ("crossing_trajectory", "    half = s", "    return [float('nan')] * 6\n    half = s", "nan"),
+        (
+            "crossing_trajectory",
+            "    half = s",
+            "    return 1, 2\n    half = s",
+            "2 values where 6",
+        ),
+        (
+            "crossing_trajectory",
+            "    half = s",
+            "    return [float('nan')] * 6\n    half = s",
+            "nan",
+        ),
         ("crossing_trajectory", "    half = s", "    return [1j] * 6\n    half = s", "complex"),
-        ("crossing_trajectory", "    half = s", "    return [1e300] * 6\n    half = s", "beyond 1e+09"),
+        (
+            "crossing_trajectory",
+            "    half = s",
+            "    return [1e300] * 6\n    half = s",
+            "beyond 1e+09",
+        ),
         ("gains", "return omega**2, 2 * omega", "return 'fast'", "string"),
         ("gains", "return omega**2, 2 * omega", "return 9e8, 9e8", "grows"),
-        ("computed_torque", "return M[0][0]", "return 1e308, -1e308\n    return M[0][0]", "beyond 1e+09"),
+        (
+            "computed_torque",
+            "return M[0][0]",
+            "return 1e308, -1e308\n    return M[0][0]",
+            "beyond 1e+09",
+        ),
         ("computed_torque", "return M[0][0]", "return 1j, 0\n    return M[0][0]", "complex"),
         ("computed_torque", "return M[0][0]", "return 0, 0\n    return M[0][0]", "value"),
     ],
-)  # fmt: skip
+)
 def test_what_is_judged_by_what_it_does_says_what_goes_wrong(function, old, new, word):
     source = (SOLUTIONS / "lab6.py").read_text("utf-8")
     assert source.count(old) == 1
@@ -200,7 +227,7 @@ def test_what_is_judged_by_what_it_does_says_what_goes_wrong(function, old, new,
             "acceleration is not the derivative",
         ),
     ],
-)  # fmt: skip
+)
 def test_a_motion_that_only_pretends_to_move_crosses_nothing(new, word):
     source = (SOLUTIONS / "lab6.py").read_text("utf-8")
     found = results(

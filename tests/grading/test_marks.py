@@ -88,17 +88,25 @@ def test_what_a_teacher_writes_by_hand_counts_and_stays(course, tmp_path):
     assert [marks[name]["mark"] for name in ("anna", "ben", "carl", "dora")] == ["4", "1", "0", ""]
     assert marks["dora"]["state"] == "no program"
     edited(
-        table, adjust={"ben": "0.5", "dora": "0"}, comment={"ben": "=voilà, mieux"},
-        **{"report /6": {"anna": "5", "ben": "3.5", "carl": "2", "dora": "6"}, "room": {"anna": "B12"}},
-    )  # fmt: skip
+        table,
+        adjust={"ben": "0.5", "dora": "0"},
+        comment={"ben": "=voilà, mieux"},
+        **{
+            "report /6": {"anna": "5", "ben": "3.5", "carl": "2", "dora": "6"},
+            "room": {"anna": "B12"},
+        },
+    )
     stamp = (tmp_path / "out" / "students" / "ben.json").stat().st_mtime_ns
     code, err = course()
     marks = rows(table)
     assert code == 0 and "4 of 4 are graded already" in err
     assert (tmp_path / "out" / "students" / "ben.json").stat().st_mtime_ns == stamp
     assert {name: (row["mark"], row["of"]) for name, row in marks.items()} == {
-        "anna": ("9", "10"), "ben": ("5", "10"), "carl": ("2", "10"), "dora": ("6", "10"),
-    }  # fmt: skip
+        "anna": ("9", "10"),
+        "ben": ("5", "10"),
+        "carl": ("2", "10"),
+        "dora": ("6", "10"),
+    }
     assert marks["anna"]["room"] == "B12" and marks["ben"]["comment"] == "=voilà, mieux"
     page = (tmp_path / "out" / "students" / "ben.html").read_text("utf-8")
     assert "Comment: =voilà, mieux" in page
@@ -199,18 +207,21 @@ def test_moodles_own_times_and_a_sheet_of_which_only_the_marks_change(course, tm
     assert filled == WORKSHEET.replace('Ü",,', 'Ü",9,').replace("3.00", "10")
     with zipfile.ZipFile(tmp_path / "out" / "feedback.zip") as archive:
         assert archive.namelist() == [
-            "Ada Ü_11_assignsubmission_file_/elbow.html", "Ben_12_assignsubmission_file_/elbow.html"
-        ]  # fmt: skip
+            "Ada Ü_11_assignsubmission_file_/elbow.html",
+            "Ben_12_assignsubmission_file_/elbow.html",
+        ]
 
 
 @pytest.mark.parametrize(
     "text",
     [
-        "Wednesday, 25 November 2026, 3:31 PM", "mercredi 25 novembre 2026, 15:31",
-        "Mittwoch, 25. November 2026, 15:31", "miércoles, 25 de noviembre de 2026, 15:31",
+        "Wednesday, 25 November 2026, 3:31 PM",
+        "mercredi 25 novembre 2026, 15:31",
+        "Mittwoch, 25. November 2026, 15:31",
+        "miércoles, 25 de noviembre de 2026, 15:31",
         "mercoledì, 25 novembre 2026, 15:31",
     ],
-)  # fmt: skip
+)
 def test_moodles_times_in_five_languages(text):
     assert moodle_time(text) == datetime.datetime(2026, 11, 25, 15, 31)
 
@@ -234,8 +245,9 @@ def test_weights_are_changed_without_running_programs_again(course, tmp_path):
     marks = rows(tmp_path / "out" / "marks.csv")
     assert "2 of 2 are graded already" in err
     assert {name: (row["mark"], row["of"]) for name, row in marks.items()} == {
-        "anna": ("10", "10"), "ben": ("8", "10"),
-    }  # fmt: skip
+        "anna": ("10", "10"),
+        "ben": ("8", "10"),
+    }
     page = (tmp_path / "out" / "students" / "ben.html").read_text("utf-8")
     assert "8 of 10 points" in page and "origin in the base joint" in page
     settings(tmp_path, "[points.elbow]\ntest_wrist = 1\n")
@@ -303,8 +315,12 @@ def test_equal_programs_are_told_and_the_template_is_none(course, tmp_path):
     assert "elbow: equal programs, but for names and formatting: anna, ben" in err
     marks = rows(tmp_path / "out" / "marks.csv")
     assert [marks[name]["same program as"] for name in ("anna", "ben", "carl", "dora", "emil")] == [
-        "ben", "anna", "", "", "",
-    ]  # fmt: skip
+        "ben",
+        "anna",
+        "",
+        "",
+        "",
+    ]
     assert "anna, ben" in (tmp_path / "out" / "summary.html").read_text("utf-8")
 
 
@@ -398,9 +414,12 @@ def test_the_column_of_a_lab_is_found_in_canvas_sheet(tmp_path, name, title):
 @pytest.mark.parametrize(
     "text",
     [
-        'a;"b ""c""";d\r\n1;"2;\n3";\r\n', "a,b\n1,2", '\ufeff"a","b"\r\n\r\n"x",""\r\n', "a\tb\n\t\n",
+        'a;"b ""c""";d\r\n1;"2;\n3";\r\n',
+        "a,b\n1,2",
+        '\ufeff"a","b"\r\n\r\n"x",""\r\n',
+        "a\tb\n\t\n",
     ],
-)  # fmt: skip
+)
 def test_a_sheet_comes_back_to_the_letter(tmp_path, text):
     path = tmp_path / "sheet.csv"
     path.write_bytes(text.encode())

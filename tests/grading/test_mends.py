@@ -69,10 +69,7 @@ TRIED = {
         "c = array([0, 0])\n    c[1] = a * b\n    return c[1]",
     ),
     "an index": ("p = [a, b]\n    return p[1] * l", "p = [a, b]\n    return p[0] * l"),
-    "a matrix of ones": (
-        "return a * a",
-        "return (a * ones((2, 2)))[0] @ [a, b]",
-    ),
+    "a matrix of ones": ("return a * a", "return (a * ones((2, 2)))[0] @ [a, b]"),
     "the order": ("return atan2(a, b)", "return atan2(b, a)"),
     "an inverse": ("return (inv(A(a, b)) @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
     "a transpose": ("return (A(a, b).T @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),

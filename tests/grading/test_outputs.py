@@ -51,8 +51,21 @@ def check(title="a check", points=1.0, max_points=1.0, **rest):
 
 
 def hostile_report():
-    wrong = check(HOSTILE, 0.0, function=HOSTILE, reason="value", text=HOSTILE, asked=HOSTILE, came=HOSTILE, line=1,
-                  source=HOSTILE, place="line 1", misconception=HOSTILE, hint=HOSTILE, remarks=(HOSTILE,))  # fmt: skip
+    wrong = check(
+        HOSTILE,
+        0.0,
+        function=HOSTILE,
+        reason="value",
+        text=HOSTILE,
+        asked=HOSTILE,
+        came=HOSTILE,
+        line=1,
+        source=HOSTILE,
+        place="line 1",
+        misconception=HOSTILE,
+        hint=HOSTILE,
+        remarks=(HOSTILE,),
+    )
     return Report(
         "lab",
         HOSTILE,
@@ -132,9 +145,12 @@ def test_no_output_tells_the_right_answer(report):
     q11 = float(re.search(r"q11=(\S+)\)", found.checks[0].asked)[1])
     right = -0.059 + 0.09 * math.cos(q11)
     texts = (
-        report_text(found), report_page(found), outputs.json_text(found), outputs.gradescope_text(found),
+        report_text(found),
+        report_page(found),
+        outputs.json_text(found),
+        outputs.gradescope_text(found),
         outputs.csv_text(outputs.CHECK_COLUMNS, outputs.check_rows(found)),
-    )  # fmt: skip
+    )
     assert not any(f"{right:.3}" in text for text in texts)
     assert "figure" not in outputs.json_text(found)
 

@@ -141,8 +141,13 @@ def test_verdicts_of_a_checks_own(elbow, tmp_path):
         )
     *_, own, call = graded(elbow, tmp_path, RIGHT).checks
     assert (own.points, own.outcome, own.text, own.asked, own.came, own.off) == (
-        1.0, "partly", "too slow", "a rise", "2 s", 0.5,
-    )  # fmt: skip
+        1.0,
+        "partly",
+        "too slow",
+        "a rise",
+        "2 s",
+        0.5,
+    )
     assert (call.points, call.reason, call.asked) == (0.0, "missing", "shoulder(1)")
 
 

@@ -32,21 +32,42 @@ def beneath(folder, files):
 LAYOUTS = {
     "flat": BOTH,
     "a workspace": beneath("AMORO-lab/src/lab_amoro/student_scripts", BOTH)
-    | {"AMORO-lab/README.md": "", "AMORO-lab/src/lab_amoro/setup.py": "from setuptools import setup\nsetup()\n",
-       "AMORO-lab/src/lab_amoro/lab_amoro/parallel_robot.py": "class Robot:\n    pass\n"},
-    "two folders": beneath("student_scripts", BOTH) | beneath("student_scripts 2", BOTH | {"five_bar_models.py": DRAFT}),
+    | {
+        "AMORO-lab/README.md": "",
+        "AMORO-lab/src/lab_amoro/setup.py": "from setuptools import setup\nsetup()\n",
+        "AMORO-lab/src/lab_amoro/lab_amoro/parallel_robot.py": "class Robot:\n    pass\n",
+    },
+    "two folders": beneath("student_scripts", BOTH)
+    | beneath("student_scripts 2", BOTH | {"five_bar_models.py": DRAFT}),
     "two equal folders": beneath("student_scripts", BOTH) | beneath("student_scripts 2", BOTH),
-    "drafts": BOTH | {"five_bar_models_old.py": DRAFT, "five_bar_models (1).py": DRAFT, "five_bar_models - Copie.py": DRAFT,
-                      "biglide_models_v2.py": SLIDES + "#\n", "old/essai.py": DRAFT},
-    "notebooks": BOTH | {"five_bar_models.ipynb": EMPTY, "rapport final.pdf": "", "Untitled.ipynb": EMPTY},
+    "drafts": BOTH
+    | {
+        "five_bar_models_old.py": DRAFT,
+        "five_bar_models (1).py": DRAFT,
+        "five_bar_models - Copie.py": DRAFT,
+        "biglide_models_v2.py": SLIDES + "#\n",
+        "old/essai.py": DRAFT,
+    },
+    "notebooks": BOTH
+    | {"five_bar_models.ipynb": EMPTY, "rapport final.pdf": "", "Untitled.ipynb": EMPTY},
     "accents and spaces": beneath("Modèles (étape 2)/à rendre", BOTH),
     "other letters": {"Five_Bar_Models.py": FIVE, "BIGLIDE_MODELS.PY": SLIDES},
-    "names with more": {"five_bar_models_final.py": FIVE, "group3_biglide_models.py": SLIDES, "control.py": CONTROL},
+    "names with more": {
+        "five_bar_models_final.py": FIVE,
+        "group3_biglide_models.py": SLIDES,
+        "control.py": CONTROL,
+    },
     "spaces for underscores": {"five bar models.py": FIVE, "biglide-models.py": SLIDES},
-    "system files": BOTH | {"__MACOSX/._five_bar_models.py": "junk", ".DS_Store": "", "__pycache__/five_bar_models.py": "#",
-                            ".git/five_bar_models.py": "#"},
-    "template beside": beneath("mine", BOTH) | {"student.py": (find_lab("amoro").folder / "student.py").read_text("utf-8")},
-}  # fmt: skip
+    "system files": BOTH
+    | {
+        "__MACOSX/._five_bar_models.py": "junk",
+        ".DS_Store": "",
+        "__pycache__/five_bar_models.py": "#",
+        ".git/five_bar_models.py": "#",
+    },
+    "template beside": beneath("mine", BOTH)
+    | {"student.py": (find_lab("amoro").folder / "student.py").read_text("utf-8")},
+}
 LABS = find_lab("amoro"), find_lab("amoro-biglide")
 
 
@@ -139,9 +160,9 @@ def test_one_command_marks_both_robots(tmp_path, capsys):
     assert main(["grade", "amoro", str(folder), "--out", str(out)]) == 0
     text = (out / "marks.csv").read_text("utf-8-sig")
     rows = {row["student"]: row for row in csv.DictReader(io.StringIO(text))}
-    assert {name: (row["amoro"], row["amoro-biglide"], row["mark"]) for name, row in rows.items()} == {
-        "anna": ("20", "20", "40"), "ben": ("20", "20", "40"), "carl": ("20", "", ""),
-    }  # fmt: skip
+    assert {
+        name: (row["amoro"], row["amoro-biglide"], row["mark"]) for name, row in rows.items()
+    } == {"anna": ("20", "20", "40"), "ben": ("20", "20", "40"), "carl": ("20", "", "")}
     assert rows["carl"]["state"] == "no program: amoro-biglide"
     with zipfile.ZipFile(out / "feedback.zip") as archive:
         assert "anna/amoro-biglide.html" in archive.namelist() and len(archive.namelist()) == 5

@@ -18,9 +18,21 @@ SAMPLE = {
     "came": [0.1, 0.06],
 }
 LOST = Verdict(
-    0.25, "value", "wrong value of y", 3, 4, "dgm(q11=0.1)", "(0.1, 0.06)", 0.01, Misconception("lost", "Where?", None),
-    7, "return x, y", ("a column",), SAMPLE, "mean errors",
-)  # fmt: skip
+    0.25,
+    "value",
+    "wrong value of y",
+    3,
+    4,
+    "dgm(q11=0.1)",
+    "(0.1, 0.06)",
+    0.01,
+    Misconception("lost", "Where?", None),
+    7,
+    "return x, y",
+    ("a column",),
+    SAMPLE,
+    "mean errors",
+)
 FINE = Verdict(1.0, rows=4, remarks=("a column", "a dict"), beside="OK")
 ASKED = [Asked(FINE, "igm"), Asked(FINE)]
 
@@ -39,11 +51,17 @@ def test_what_is_passed_earns_all_and_keeps_the_remarks():
 @pytest.mark.parametrize(
     ("share", "points", "earned", "outcome"),
     [
-        (0.25, 3.0, 0.75, "partly"), (1 / 3, 1.0, 0.33, "partly"), (2 / 3, 1.0, 0.67, "partly"),
-        (0.0, 3.0, 0.0, "wrong"), (0.999, 1.0, 1.0, "partly"), (0.999, 1.004, 1.0, "partly"),
-        (0.9999, 0.125, 0.12, "partly"), (0.9999, 0.126, 0.126, "partly"), (1e-9, 2.0, 0.0, "partly"),
+        (0.25, 3.0, 0.75, "partly"),
+        (1 / 3, 1.0, 0.33, "partly"),
+        (2 / 3, 1.0, 0.67, "partly"),
+        (0.0, 3.0, 0.0, "wrong"),
+        (0.999, 1.0, 1.0, "partly"),
+        (0.999, 1.004, 1.0, "partly"),
+        (0.9999, 0.125, 0.12, "partly"),
+        (0.9999, 0.126, 0.126, "partly"),
+        (1e-9, 2.0, 0.0, "partly"),
     ],
-)  # fmt: skip
+)
 def test_what_is_partly_right_earns_its_share_to_the_hundredth_and_no_more_than_all(
     share, points, earned, outcome
 ):
@@ -70,17 +88,36 @@ def test_where_nothing_is_known_of_the_place_nothing_is_said():
     lost = Verdict(0.0, "shape", "returned one number", 1, 1)
     found = of([Asked(FINE, "igm"), Asked(lost)], Wrong(lost))
     assert found == Check(
-        "test_a", "A", 3.0, 0.0, 0.0, "wrong", "igm", "shape", "returned one number", 1, 1, remarks=FINE.remarks,
-    )  # fmt: skip
+        "test_a",
+        "A",
+        3.0,
+        0.0,
+        0.0,
+        "wrong",
+        "igm",
+        "shape",
+        "returned one number",
+        1,
+        1,
+        remarks=FINE.remarks,
+    )
     assert (found.misconception, found.hint, found.place, found.figure) == ("", "", "", "")
 
 
 def test_a_plain_assertion_is_a_wrong_answer_and_any_other_error_a_broken_check():
     text = "a  long\nmessage " + "x" * 400
     assert of(ASKED, AssertionError(text)) == Check(
-        "test_a", "A", 3.0, 0.0, 0.0, "wrong", "igm", "value", ("a long message " + "x" * 400)[:300],
+        "test_a",
+        "A",
+        3.0,
+        0.0,
+        0.0,
+        "wrong",
+        "igm",
+        "value",
+        ("a long message " + "x" * 400)[:300],
         remarks=("a column", "a dict"),
-    )  # fmt: skip
+    )
     assert of([], AssertionError()).text == "the check's assertion does not hold"
     broken = of(ASKED, KeyError(text))
     assert (broken.points, broken.share, broken.outcome, broken.reason) == (
@@ -101,9 +138,25 @@ def test_a_plain_assertion_is_a_wrong_answer_and_any_other_error_a_broken_check(
 def test_a_report_adds_up_goes_to_json_and_back_and_withholds_what_is_early():
     lost = of([*ASKED, Asked(LOST, "dgm", DGM, fb.FiveBar())], Wrong(LOST))
     report = Report(
-        "lab", "a.py", (of(ASKED, None, 0.1), of(ASKED, None, 0.2), lost), "ann", "s", {"d": 0.1}, "process", "h1",
-        "h2", "trouble", ("n",), ("f",), "printed", 1.5, True, "", "", ("of this machine",),
-    )  # fmt: skip
+        "lab",
+        "a.py",
+        (of(ASKED, None, 0.1), of(ASKED, None, 0.2), lost),
+        "ann",
+        "s",
+        {"d": 0.1},
+        "process",
+        "h1",
+        "h2",
+        "trouble",
+        ("n",),
+        ("f",),
+        "printed",
+        1.5,
+        True,
+        "",
+        "",
+        ("of this machine",),
+    )
     assert report.points == 1.05 and report.max_points == pytest.approx(3.3, rel=1e-15)
     assert report.percent == pytest.approx(100 * 1.05 / 3.3, rel=1e-15)
     assert Report("lab", "a.py", ()).percent == 0.0 and Report("lab", "a.py", ()).points == 0.0
@@ -144,8 +197,9 @@ def test_the_parts_of_an_answer_go_into_one_row_and_out_of_it():
         assert np.array_equal(part, own)
     for signature, angles, words in (
         ("f(a) -> x", ("y", "b"), "f does not return b, y"),
-        ("f(a)", (), "a signature reads"), ("f(a) -> x!", (), "reads"),
-    ):  # fmt: skip
+        ("f(a)", (), "a signature reads"),
+        ("f(a) -> x!", (), "reads"),
+    ):
         with pytest.raises(ValueError, match=words):
             Exercise(signature, None, angles=angles)
     with pytest.raises(ValueError, match="f does not return M"):

@@ -71,8 +71,11 @@ def test_what_other_masses_or_the_same_question_refute_is_not_named(tmp_path, pu
     (tmp_path / "weights/exercises.py").write_text(EXERCISES, encoding="utf-8")
     (tmp_path / "weights/test_lab.py").write_text(CHECKS, encoding="utf-8")
     space = {"calls": []}
-    exec(f"from math import cos\nm = 0.5\ndef pull(q): return {pull}\n"
-         "def count(q): calls.append(q); return len(calls)", space)  # fmt: skip
+    exec(
+        f"from math import cos\nm = 0.5\ndef pull(q): return {pull}\n"
+        "def count(q): calls.append(q); return len(calls)",
+        space,
+    )
     found = check("weights", labs=tmp_path, pull=space["pull"], count=space["count"]).checks
     assert found[0].misconception.startswith(name)
     assert found[1].misconception == "another answer to the same question, asked again"

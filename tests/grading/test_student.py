@@ -27,11 +27,38 @@ gave = [
 def value(i): return gave[i]
 """
 CAME = [
-    1.5, 3, True, None, "text", 1 + 2j, float("inf"), -0.0, [1, 2.5], [1, [2, 3]], [1.0, 2.0], 0.1,
-    7, True, 1j, 0.5, np.array(2.5), np.array([1.0]),
-    np.array([[1.0], [2.0]]), np.array([[1, 2]]), np.array([1, np.nan]), np.zeros((2, 0)), np.array([True, False]),
-    np.array([1j, 0]), np.array([1.0, 2.0]), [["a", 1]], "set", "type", "int", "bytes", np.array(["a"], dtype=object),
-]  # fmt: skip
+    1.5,
+    3,
+    True,
+    None,
+    "text",
+    1 + 2j,
+    float("inf"),
+    -0.0,
+    [1, 2.5],
+    [1, [2, 3]],
+    [1.0, 2.0],
+    0.1,
+    7,
+    True,
+    1j,
+    0.5,
+    np.array(2.5),
+    np.array([1.0]),
+    np.array([[1.0], [2.0]]),
+    np.array([[1, 2]]),
+    np.array([1, np.nan]),
+    np.zeros((2, 0)),
+    np.array([True, False]),
+    np.array([1j, 0]),
+    np.array([1.0, 2.0]),
+    [["a", 1]],
+    "set",
+    "type",
+    "int",
+    "bytes",
+    np.array(["a"], dtype=object),
+]
 
 
 def student(source, **options):
@@ -121,9 +148,10 @@ def evaluated(x):
 
 def test_constants_are_set_for_one_ask():
     with student("l = 0.09\ndef length(): return l\nother = 1") as worker:
-        assert [worker.ask("length", [()], c)[0].value for c in ({"l": 0.2}, None, {"l": np.float64(0.3)}, {})] == [
-            0.2, 0.09, 0.3, 0.09,
-        ]  # fmt: skip
+        assert [
+            worker.ask("length", [()], c)[0].value
+            for c in ({"l": 0.2}, None, {"l": np.float64(0.3)}, {})
+        ] == [0.2, 0.09, 0.3, 0.09]
         assert worker.ask("length", [()], {"l": 1.0, "l11": 2.0}) == [
             Reply("missing", text="the file has no constant l11")
         ]

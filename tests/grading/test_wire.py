@@ -67,9 +67,23 @@ def test_text_is_made_safe_for_a_terminal():
 
 def outcome(program, machine, number, arguments=(), architecture=None):
     """What a filter program says of a system call: a machine of its five instructions."""
-    words = dict(enumerate(struct.unpack("=16I", struct.pack("=II7Q", number, architecture or machine, 0, *[
-        value & 0xFFFFFFFFFFFFFFFF for value in (*arguments, *[0] * (6 - len(arguments)))
-    ]))))  # fmt: skip
+    words = dict(
+        enumerate(
+            struct.unpack(
+                "=16I",
+                struct.pack(
+                    "=II7Q",
+                    number,
+                    architecture or machine,
+                    0,
+                    *[
+                        value & 0xFFFFFFFFFFFFFFFF
+                        for value in (*arguments, *[0] * (6 - len(arguments)))
+                    ],
+                ),
+            )
+        )
+    )
     at, word = 0, None
     while True:
         code, yes, no, operand = program[at]
@@ -91,12 +105,44 @@ def outcome(program, machine, number, arguments=(), architecture=None):
 @pytest.mark.parametrize(
     ("machine", "architecture", "numbers"),
     [
-        ("x86_64", 0xC000003E, {"read": 0, "mmap": 9, "openat": 257, "fork": 57, "clone": 56, "kill": 62, "socket": 41,
-                                "unlink": 87, "fcntl": 72, "ioctl": 16, "prlimit64": 302, "open": 2, "execve": 59}),
-        ("aarch64", 0xC00000B7, {"read": 63, "mmap": 222, "openat": 56, "clone": 220, "kill": 129, "socket": 198,
-                                 "unlinkat": 35, "fcntl": 25, "ioctl": 29, "prlimit64": 261, "execve": 221}),
+        (
+            "x86_64",
+            0xC000003E,
+            {
+                "read": 0,
+                "mmap": 9,
+                "openat": 257,
+                "fork": 57,
+                "clone": 56,
+                "kill": 62,
+                "socket": 41,
+                "unlink": 87,
+                "fcntl": 72,
+                "ioctl": 16,
+                "prlimit64": 302,
+                "open": 2,
+                "execve": 59,
+            },
+        ),
+        (
+            "aarch64",
+            0xC00000B7,
+            {
+                "read": 63,
+                "mmap": 222,
+                "openat": 56,
+                "clone": 220,
+                "kill": 129,
+                "socket": 198,
+                "unlinkat": 35,
+                "fcntl": 25,
+                "ioctl": 29,
+                "prlimit64": 261,
+                "execve": 221,
+            },
+        ),
     ],
-)  # fmt: skip
+)
 def test_the_filter_lets_calculations_through_and_little_else(machine, architecture, numbers):
     program = system_calls.program(machine)
 

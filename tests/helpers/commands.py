@@ -13,11 +13,14 @@ ROBOT = fb.FiveBar()
 SAME = (
     ["track", "--from", "0.09", "0.068", "--to", "0.08", "0.075", "--duration", "0.3", "--json"],
     ["linkage", "four-bar", "0.2", "0.06", "0.16", "0.14", "--csv", "study.csv"],
-    ["export", "--format", "c", "--out", "robot.h"], ["export", "--format", "mjcf", "--out", "robot.xml"],
-    ["certify", "path.csv", "--out", "proof.json"], ["play", "--out", "play.html"],
-    ["calibrate", "poses.csv", "--json"], ["identify", "log.csv", "--unknown", "zz1", "zz2", "m", "--json"],
+    ["export", "--format", "c", "--out", "robot.h"],
+    ["export", "--format", "mjcf", "--out", "robot.xml"],
+    ["certify", "path.csv", "--out", "proof.json"],
+    ["play", "--out", "play.html"],
+    ["calibrate", "poses.csv", "--json"],
+    ["identify", "log.csv", "--unknown", "zz1", "zz2", "m", "--json"],
     ["sweep", "workspace_area", "bars", "--grid", "l1=0.1:0.2:3", "--csv", "sweep.csv"],
-)  # fmt: skip
+)
 ONE_BY_ONE = """import json, sys
 from fivebar.cli import main
 for arguments in json.loads(sys.argv[1]):
@@ -47,9 +50,12 @@ def with_files(folder):
 
 def python(code, *arguments, **options):
     return subprocess.Popen(
-        [sys.executable, *code, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, *code, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         **options,
-    )  # fmt: skip
+    )
 
 
 def cli(*arguments, cwd, env=(), begin=("-m", "fivebar"), **options):

@@ -16,14 +16,40 @@ from fivebar.grading.ten_models import TEN, TOLERANCE, columns_of, motions
 from tests.helpers import DATA
 
 SWAPS = {
-    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Add, ast.Div: ast.Mult, ast.MatMult: ast.Mult, ast.Pow: ast.Mult,
-}  # fmt: skip
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Add,
+    ast.Div: ast.Mult,
+    ast.MatMult: ast.Mult,
+    ast.Pow: ast.Mult,
+}
 FOLDER = DATA / "hand_ins"
 NAMES = {
-    "sin": "cos", "cos": "sin", "q11": "q21", "q21": "q11", "q12": "q22", "q22": "q12", "q11D": "q21D", "q12D": "q11D",
-    "q21D": "q22D", "gamma1": "gamma2", "gamma2": "gamma1", "u11": "u12", "u12": "u11", "v11": "v12", "v12": "v11",
-    "x1": "x2", "y1": "y2", "A": "B", "B": "A", "d1": "d2", "t1": "t2", "xD": "yD", "l": "d", "d": "l",
-}  # fmt: skip
+    "sin": "cos",
+    "cos": "sin",
+    "q11": "q21",
+    "q21": "q11",
+    "q12": "q22",
+    "q22": "q12",
+    "q11D": "q21D",
+    "q12D": "q11D",
+    "q21D": "q22D",
+    "gamma1": "gamma2",
+    "gamma2": "gamma1",
+    "u11": "u12",
+    "u12": "u11",
+    "v11": "v12",
+    "v12": "v11",
+    "x1": "x2",
+    "y1": "y2",
+    "A": "B",
+    "B": "A",
+    "d1": "d2",
+    "t1": "t2",
+    "xD": "yD",
+    "l": "d",
+    "d": "l",
+}
 
 
 def mutants(source: str, n: int, seed: int):

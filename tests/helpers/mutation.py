@@ -38,61 +38,97 @@ from . import DATA, ROOT
 
 ROOMS = {  # room: its tests, less those that take long or are about other processes
     "models": (
-        "tests/models", "tests/test_bad_input.py", "tests/test_described.py",
-        "--ignore=tests/models/test_accuracy.py", "--ignore=tests/models/test_biglide_accuracy.py",
+        "tests/models",
+        "tests/test_bad_input.py",
+        "tests/test_described.py",
+        "--ignore=tests/models/test_accuracy.py",
+        "--ignore=tests/models/test_biglide_accuracy.py",
         "--deselect=tests/models/test_compiled.py::test_compiled_models_equal_numpy",
         "--deselect=tests/models/test_compiled.py::test_processes_that_build_at_once_do_not_meet",
     ),
     "singularities": (
-        "tests/singularities", "tests/test_described.py",
-        *(f"--ignore=tests/singularities/test_{name}_families.py" for name in ("aspect", "dexterous")),
-        "-k", "not (drawn or command_line or any_robot or models_accept or slices or nothing_asked or rings_of or "
+        "tests/singularities",
+        "tests/test_described.py",
+        *(
+            f"--ignore=tests/singularities/test_{name}_families.py"
+            for name in ("aspect", "dexterous")
+        ),
+        "-k",
+        "not (drawn or command_line or any_robot or models_accept or slices or nothing_asked or rings_of or "
         "random_rectangles or rectangles_are_inside or aspects_3_and_6 or (circle and coaxial) or start2 or start3 or "
         "(flooded and (unequal or equal)) or (contains_is and grashof) or (bars_against and working1))",
     ),
     "simulation": (
-        "tests/simulation", "tests/test_bad_input.py", "tests/control/test_loads.py", "tests/models/test_compiled.py",
-        "-k", "not twelve_lines and not tracker and not compiled_models and not processes and not machine_code",
+        "tests/simulation",
+        "tests/test_bad_input.py",
+        "tests/control/test_loads.py",
+        "tests/models/test_compiled.py",
+        "-k",
+        "not twelve_lines and not tracker and not compiled_models and not processes and not machine_code",
     ),
     "planning": (
-        "tests/planning", "tests/singularities/test_path.py",
-        "-k", "not pictures and not by_way_of_a_pose and not random_problems and not too_little_acceleration",
+        "tests/planning",
+        "tests/singularities/test_path.py",
+        "-k",
+        "not pictures and not by_way_of_a_pose and not random_problems and not too_little_acceleration",
     ),
     "paths": (
-        "tests/paths", "--ignore=tests/paths/test_timing_by_collocation.py",
-        "-k", "not what_is_kept_and_what_does_not_fit and not grazes_a_locus and not checker_is_short",
+        "tests/paths",
+        "--ignore=tests/paths/test_timing_by_collocation.py",
+        "-k",
+        "not what_is_kept_and_what_does_not_fit and not grazes_a_locus and not checker_is_short",
     ),
     "estimation": (
-        "tests/estimation", "-k", "not without_any_margin and not never_refused and not a_hundred_thousand_rows",
+        "tests/estimation",
+        "-k",
+        "not without_any_margin and not never_refused and not a_hundred_thousand_rows",
     ),
     "optimal_design": (
-        "tests/optimal_design", "--ignore=tests/optimal_design/test_dask.py",
+        "tests/optimal_design",
+        "--ignore=tests/optimal_design/test_dask.py",
         "--ignore=tests/optimal_design/test_killed.py",
     ),
     "control": ("tests/control", "-k", "not benchmark_runs"),
     "linkages": ("tests/linkages",),
     "exporters": ("tests/exporters",),
-    "grading": tuple(f"tests/grading/test_{name}.py" for name in "judge values relations results".split()),
-}  # fmt: skip
+    "grading": tuple(
+        f"tests/grading/test_{name}.py" for name in "judge values relations results".split()
+    ),
+}
 # What those that are left by these, and not justified, must pass too: in a process of its own, so that what is made
 # at import is made of the mutant.
 SLOW = {
     "models": (
-        "tests/models/test_accuracy.py", "tests/models/test_biglide_accuracy.py", "tests/simulation/test_friction.py",
+        "tests/models/test_accuracy.py",
+        "tests/models/test_biglide_accuracy.py",
+        "tests/simulation/test_friction.py",
         "--deselect=tests/models/test_accuracy.py::test_oracle",
     ),
     "simulation": ("tests/simulation/test_encoders.py", "tests/estimation/test_replays.py"),
     "singularities": (
-        "tests/singularities/test_dexterous.py", "tests/singularities/test_inscribed.py", "tests/planning/test_keep.py",
-        "tests/planning/test_loads.py", "tests/singularities/test_aspect_families.py", "-k", "not nothing_asked",
+        "tests/singularities/test_dexterous.py",
+        "tests/singularities/test_inscribed.py",
+        "tests/planning/test_keep.py",
+        "tests/planning/test_loads.py",
+        "tests/singularities/test_aspect_families.py",
+        "-k",
+        "not nothing_asked",
     ),
     "paths": ("tests/paths/test_timing_by_collocation.py", "tests/cli/test_draw.py"),
-    "estimation": ("tests/estimation/test_mistakes.py", "tests/estimation/test_near_type_2.py", "tests/cli/test_identify.py"),
-    "optimal_design": ("tests/optimal_design/test_figures.py", "tests/optimal_design/test_killed.py", "tests/cli/test_designing.py"),
+    "estimation": (
+        "tests/estimation/test_mistakes.py",
+        "tests/estimation/test_near_type_2.py",
+        "tests/cli/test_identify.py",
+    ),
+    "optimal_design": (
+        "tests/optimal_design/test_figures.py",
+        "tests/optimal_design/test_killed.py",
+        "tests/cli/test_designing.py",
+    ),
     "control": ("tests/control/test_tracker.py",),
     "linkages": ("tests/amoro", "tests/models/test_compiled.py"),
     "exporters": ("tests/cli/test_commands.py",),
-}  # fmt: skip
+}
 # Of grading what gives the points: the rest is about processes, files and words.
 FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exercise.py"]}
 ARGUMENTS = ["-q", "-p", "no:cacheprovider", "-p", "no:randomly", "--tb=no"]

@@ -22,18 +22,29 @@ def robot_of_case(case, **more):
     given = case["robot"]
     links = {name: fb.Link.about_centre(*numbers(link)) for name, link in given["links"].items()}
     return fb.FiveBar.from_links(
-        *(float(given[name]) for name in LENGTHS), links, float(given["payload"]), numbers(given["gravity"]),
-        numbers(given["rotor"]), numbers(given["fv"]), numbers(given["fs"]), **more,
-    )  # fmt: skip
+        *(float(given[name]) for name in LENGTHS),
+        links,
+        float(given["payload"]),
+        numbers(given["gravity"]),
+        numbers(given["rotor"]),
+        numbers(given["fv"]),
+        numbers(given["fs"]),
+        **more,
+    )
 
 
 def bodies_of_case(case, elbows=(0, 0)):
     given = case["robot"]
     return FullBodies(
-        numbers((given["l11"], given["l21"])), numbers((given["l12"], given["l22"])), float(given["d"]),
-        [numbers(given["links"][name]) for name in ("11", "12", "21", "22")], float(given["payload"]),
-        numbers(given["gravity"]), *(numbers(given[name]) for name in ("rotor", "fv", "fs")), elbows,
-    )  # fmt: skip
+        numbers((given["l11"], given["l21"])),
+        numbers((given["l12"], given["l22"])),
+        float(given["d"]),
+        [numbers(given["links"][name]) for name in ("11", "12", "21", "22")],
+        float(given["payload"]),
+        numbers(given["gravity"]),
+        *(numbers(given[name]) for name in ("rotor", "fv", "fs")),
+        elbows,
+    )
 
 
 FEET = [(1.1, 0, 0, 0), (0.4, 0.11, 0.02, 0.002), (0.9, 0, 0, 0), (0.5, 0.17, -0.03, 0.003)]
@@ -47,9 +58,10 @@ def heavy_biglide():
         (foot, *_), (mass, x, y, inertia) = FEET[2 * int(leg) - 2 : 2 * int(leg)]
         ends.append(mass * x / bar)
         grouped |= {
-            f"mf{leg}": foot + mass - ends[-1], f"my{leg}": mass * y,
+            f"mf{leg}": foot + mass - ends[-1],
+            f"my{leg}": mass * y,
             f"zz{leg}": inertia + mass * (x * x + y * y) - mass * x * bar,
-        }  # fmt: skip
+        }
     robot = fb.Biglide(*lengths, 0.4, m=0.7 + sum(ends), **grouped)
     return robot, FullBodies(
         None, lengths, 0.4, FEET, 0.7, (0.6, -9.81), (0, 0), (0.3, 0), (0, 0.2)

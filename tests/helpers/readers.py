@@ -190,53 +190,110 @@ def readers():
         _csv({name: column[:120] for name, column in log.items()}),
     )
     return {
-        "from_csv": Reader(fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))),
-        "path.csv": Reader(fb.path, "it.csv", (points, b"x (mm);y (mm);pen\n90;60;1\n80;70;1\n70;70;0\n60;60;1\n")),
+        "from_csv": Reader(
+            fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))
+        ),
+        "path.csv": Reader(
+            fb.path, "it.csv", (points, b"x (mm);y (mm);pen\n90;60;1\n80;70;1\n70;70;0\n60;60;1\n")
+        ),
         "path.svg": Reader(fb.path, "it.svg", (SVG.encode(),)),
         "path.gcode": Reader(fb.path, "it.gcode", (GCODE.encode(),)),
-        "columns": Reader(lambda path: columns.read(path, wanted), "it.csv", (points, b"t (ms)\tx_mm\n1\t2\n2\t3\n")),
+        "columns": Reader(
+            lambda path: columns.read(path, wanted),
+            "it.csv",
+            (points, b"t (ms)\tx_mm\n1\t2\n2\t3\n"),
+        ),
         "Run": Reader(fb.Run.from_csv, "it.csv", (_text(run.to_csv),)),
         "Plan": Reader(fb.Plan.from_csv, "it.csv", (_text(plan.to_csv),)),
-        "setpoints": Reader(fb.TimedPath.from_csv, "it.csv", (_text(setpoints(ROBOT, line, 100.0).to_csv),)),
+        "setpoints": Reader(
+            fb.TimedPath.from_csv, "it.csv", (_text(setpoints(ROBOT, line, 100.0).to_csv),)
+        ),
         "Study": Reader(Study.from_csv, "it.csv", (_text(found.to_csv),)),
         "Map": Reader(Map.from_npz, "it.npz", (_map(),)),
-        "partial": Reader(_partial, "it.jsonl", (b'{"robot": 1}\n{"problem": "p", "method": "m", "knob": 1.0}\n',)),
-        "robot.toml": Reader(lambda path: machine_from(str(path)), "it.toml", (TOML.encode(), toml_links.encode(), MACHINE.encode()),
-                             (UsageError,)),
-        "robot.json": Reader(lambda path: machine_from(str(path)), "it.json",
-                             (numbers.encode(),),
-                             (UsageError,)),
-        "hand-in.py": Reader(_submission, "it.py", (solution[:3000], "# é\nl = 0.09\n".encode("latin-1"))),
+        "partial": Reader(
+            _partial, "it.jsonl", (b'{"robot": 1}\n{"problem": "p", "method": "m", "knob": 1.0}\n',)
+        ),
+        "robot.toml": Reader(
+            lambda path: machine_from(str(path)),
+            "it.toml",
+            (TOML.encode(), toml_links.encode(), MACHINE.encode()),
+            (UsageError,),
+        ),
+        "robot.json": Reader(
+            lambda path: machine_from(str(path)), "it.json", (numbers.encode(),), (UsageError,)
+        ),
+        "hand-in.py": Reader(
+            _submission, "it.py", (solution[:3000], "# é\nl = 0.09\n".encode("latin-1"))
+        ),
         "hand-in.ipynb": Reader(_submission, "it.ipynb", (nbformat.writes(notebook).encode(),)),
         "hand-in.zip": Reader(look_into, "it.zip", (_zipped(solution[:2000]),)),
-        "gradebook": Reader(_gradebook, "it.csv", (SHEET.encode(), SHEET.replace(",", ";").encode("utf-8-sig")),
-                            (UsageError,), False),
-        "marks": Reader(_marks, marks.FILE, (MARKS.encode(), MARKS.replace(",", ";").encode("cp1252")), (UsageError,), False),
+        "gradebook": Reader(
+            _gradebook,
+            "it.csv",
+            (SHEET.encode(), SHEET.replace(",", ";").encode("utf-8-sig")),
+            (UsageError,),
+            False,
+        ),
+        "marks": Reader(
+            _marks,
+            marks.FILE,
+            (MARKS.encode(), MARKS.replace(",", ";").encode("cp1252")),
+            (UsageError,),
+            False,
+        ),
         "settings": Reader(_settings, settings.FILE, (SETTINGS.encode(),), (UsageError,), False),
         "kept result": Reader(_kept, "it.json", (kept,)),
-        "designs.csv": Reader(_designs, "it.csv", (b"l11,d\n0.1,0.1\n0.2,0.1\n0.2,0.2\n0.2,0.3\n",)),
+        "designs.csv": Reader(
+            _designs, "it.csv", (b"l11,d\n0.1,0.1\n0.2,0.1\n0.2,0.2\n0.2,0.3\n",)
+        ),
         "designs.npz": Reader(_designs, "it.npz", (designs.getvalue(),)),
         "Design": Reader(type(best).load, "it.json", (_text(best.save),)),
         "manifest": Reader(lambda path: read_manifest(path.parent, "sweep"), MANIFEST, (manifest,)),
         "chunk": Reader(lambda path: read_chunk(path, "sweep"), "chunk-000000.npz", (chunk,)),
         "Sweep.json": Reader(lambda path: _sweep(path, chunk), MANIFEST, (manifest,), named=False),
-        "Sweep.npz": Reader(lambda path: _sweep(path, manifest), "chunk-000000.npz", (chunk,), named=False),
-        "Front": Reader(lambda path: repr(Front.load(path.parent)), "front.json", (_text(best.save),), named=False),
+        "Sweep.npz": Reader(
+            lambda path: _sweep(path, manifest), "chunk-000000.npz", (chunk,), named=False
+        ),
+        "Front": Reader(
+            lambda path: repr(Front.load(path.parent)),
+            "front.json",
+            (_text(best.save),),
+            named=False,
+        ),
         "measured rows": Reader(lambda path: rows_of(str(path)), "it.csv", (measured, far)),
-        "calibrate": Reader(lambda path: str(fb.calibrate(ROBOT, path, unknown=("l11", "d"))), "it.csv",
-                            (measured, measured.replace(b"q1", b"theta1 (rad)")), named=False),
-        "Calibration": Reader(lambda path: str(fb.Calibration.from_json(path)), "it.json",
-                              (_text(calibrated.to_json),)),
-        "Identification": Reader(lambda path: str(fb.Identification.from_json(path)), "it.json",
-                                 (_text(identified.to_json),)),
+        "calibrate": Reader(
+            lambda path: str(fb.calibrate(ROBOT, path, unknown=("l11", "d"))),
+            "it.csv",
+            (measured, measured.replace(b"q1", b"theta1 (rad)")),
+            named=False,
+        ),
+        "Calibration": Reader(
+            lambda path: str(fb.Calibration.from_json(path)),
+            "it.json",
+            (_text(calibrated.to_json),),
+        ),
+        "Identification": Reader(
+            lambda path: str(fb.Identification.from_json(path)),
+            "it.json",
+            (_text(identified.to_json),),
+        ),
         "from_log": Reader(fb.from_log, "it.csv", (log, log.replace(b"q1,", b"q1 (deg),"))),
-        "identify": Reader(lambda path: str(fb.identify(ROBOT, path, unknown=["zz1", "m"])), "it.csv",
-                           (log,), named=False),
+        "identify": Reader(
+            lambda path: str(fb.identify(ROBOT, path, unknown=["zz1", "m"])),
+            "it.csv",
+            (log,),
+            named=False,
+        ),
         "certificate": Reader(_certificate, "it.json", (_text(proof.to_json),)),
-        "ids": Reader(lambda path: _ids(path.read_bytes()), "ids.txt", ("a\nb\né\n".encode("utf-16"), b"a\n"),
-                      (UnicodeDecodeError,), False),
+        "ids": Reader(
+            lambda path: _ids(path.read_bytes()),
+            "ids.txt",
+            ("a\nb\né\n".encode("utf-16"), b"a\n"),
+            (UnicodeDecodeError,),
+            False,
+        ),
         "state": Reader(_state, "grading.json", (state,), (UsageError,), False),
-    }  # fmt: skip
+    }
 
 
 def _designs(path):
@@ -286,24 +343,39 @@ def _zipped(content):
 
 # Who reads, and the reader above through which it is fuzzed.
 COVERS = {
-    "base.columns:_numbers": "columns", "base.tables:whole_text": "columns",
+    "base.columns:_numbers": "columns",
+    "base.tables:whole_text": "columns",
     "base.tables:arrays_in": "Map",
-    "grading.course.cohort:begin": "state", "grading.course.cohort:done": "kept result",
-    "grading.course.sheet:read_sheet": "gradebook", "grading.course.settings:read_settings": "settings",
-    "grading.course.course:_table": "marks", "grading.worker.submission:_bytes": "hand-in.py",
-    "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
-    "grading.worker.submission:opened": "hand-in.py", "grading.worker.submission:opened_archive": "hand-in.zip",
-    "grading.worker.submission:inner_archive": "hand-in.zip", "grading.plugin:_from_options": "hand-in.py",
-    "linkages.study:from_csv": "Study", "paths.certificates.checker:check": "certificate", 
-    "planning.plans:from_csv": "Plan", "paths.recorded_path:recorded_path": "setpoints", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
-    "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
+    "grading.course.cohort:begin": "state",
+    "grading.course.cohort:done": "kept result",
+    "grading.course.sheet:read_sheet": "gradebook",
+    "grading.course.settings:read_settings": "settings",
+    "grading.course.course:_table": "marks",
+    "grading.worker.submission:_bytes": "hand-in.py",
+    "grading.worker.submission:_code": "hand-in.ipynb",
+    "grading.worker.submission:_member": "hand-in.zip",
+    "grading.worker.submission:opened": "hand-in.py",
+    "grading.worker.submission:opened_archive": "hand-in.zip",
+    "grading.worker.submission:inner_archive": "hand-in.zip",
+    "grading.plugin:_from_options": "hand-in.py",
+    "linkages.study:from_csv": "Study",
+    "paths.certificates.checker:check": "certificate",
+    "planning.plans:from_csv": "Plan",
+    "paths.recorded_path:recorded_path": "setpoints",
+    "simulation.run:from_csv": "Run",
+    "singularities.maps:from_npz": "Map",
+    "study.speed_accuracy.store:__init__": "partial",
+    "study.speed_accuracy.store:_parsed": "partial",
     "base.tables:about": "Run",
     "cli.grade_folder:hand_out": "ids",
-    "optimal_design.results:_load": "Design", "base.shards:read_chunk": "chunk",
-    "base.shards:read_manifest": "manifest", "base.shards:compute": "manifest", "simulation.summaries:load": "manifest",
+    "optimal_design.results:_load": "Design",
+    "base.shards:read_chunk": "chunk",
+    "base.shards:read_manifest": "manifest",
+    "base.shards:compute": "manifest",
+    "simulation.summaries:load": "manifest",
     "estimation.saving:read_json": "Calibration",
     "estimation.identification.samples:_is_a_run": "identify",
-}  # fmt: skip
+}
 # No reader of what others wrote.
 OWN = {
     "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add

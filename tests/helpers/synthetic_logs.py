@@ -61,11 +61,15 @@ def robot_with(rng, has):
         for name, range_ in (("viscous", (0.02, 0.05)), ("dry", (0.02, 0.1)))
     }
     robot = fb.FiveBar.from_links(
-        *lengths, d, links=links, payload=rng.uniform(0.2, 1.0),
+        *lengths,
+        d,
+        links=links,
+        payload=rng.uniform(0.2, 1.0),
         gravity=(0.0, -9.81) if "gravity" in has else (0.0, 0.0),
-        viscous=rub["viscous"] if "viscous" in has else (0.0, 0.0), coulomb=rub["dry"] if "dry" in has else (0.0, 0.0),
+        viscous=rub["viscous"] if "viscous" in has else (0.0, 0.0),
+        coulomb=rub["dry"] if "dry" in has else (0.0, 0.0),
         elbows=rng.uniform(0.01, 0.03, 2) if "elbows" in has else (0.0, 0.0),
-    )  # fmt: skip
+    )
     return robot if "gravity" in has else replace(robot, mx11=0.0, my11=0.0, mx21=0.0, my21=0.0)
 
 

@@ -26,34 +26,51 @@ def writers():
     )
     proof = fb.certify(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]))
     return {
-        "Run.to_csv": (run.to_csv, "a.csv"), "Run.plot": (run.plot, "a.png"), "Run.plot svg": (run.plot, "a.svg"),
-        "Run.page": (run.page, "a.html"), "Run.animate html": (run.animate, "a.html"),
-        "Run.animate gif": (run.animate, "a.gif"), "Run.animate png": (run.animate, "a.png"),
-        "Plan.to_csv": (plan.to_csv, "a.csv"), "Plan.plot": (plan.plot, "a.png"),
-        "Study.to_csv": (study.to_csv, "a.csv"), "Study.plot": (study.plot, "a.pdf"),
-        "Map.to_npz": (a_map.to_npz, "a.npz"), "Map.to_csv": (a_map.to_csv, "a.csv"), 
+        "Run.to_csv": (run.to_csv, "a.csv"),
+        "Run.plot": (run.plot, "a.png"),
+        "Run.plot svg": (run.plot, "a.svg"),
+        "Run.page": (run.page, "a.html"),
+        "Run.animate html": (run.animate, "a.html"),
+        "Run.animate gif": (run.animate, "a.gif"),
+        "Run.animate png": (run.animate, "a.png"),
+        "Plan.to_csv": (plan.to_csv, "a.csv"),
+        "Plan.plot": (plan.plot, "a.png"),
+        "Study.to_csv": (study.to_csv, "a.csv"),
+        "Study.plot": (study.plot, "a.pdf"),
+        "Map.to_npz": (a_map.to_npz, "a.npz"),
+        "Map.to_csv": (a_map.to_csv, "a.csv"),
         "Map.page": (a_map.page, "a.html"),
-        "compare": (fb.compare({"a": run}).plot, "a.png"), "strip": (lambda path: strip(run, path), "a.svg"),
+        "compare": (fb.compare({"a": run}).plot, "a.png"),
+        "strip": (lambda path: strip(run, path), "a.svg"),
         "export": (lambda path: fb.export(ROBOT, "mjcf", path), "a.xml"),
         "export c": (lambda path: fb.export(ROBOT, "c", path), "a.h"),
-        "Calibration.to_json": (calibrated.to_json, "a.json"), "Machine.save": (calibrated.machine.save, "a.toml"),
-        "Design.save": (best.save, "a.json"), "Design.to_robot_file": (best.to_robot_file, "a.json"),
-        "Sweep.to_csv": (swept.to_csv, "a.csv"), "TimedPath.to_csv": (timed.to_csv, "a.csv"),
-        "Live.save": (fb.play(ROBOT).save, "a.html"), "Certificate.to_json": (proof.to_json, "a.json"),
-    }  # fmt: skip
+        "Calibration.to_json": (calibrated.to_json, "a.json"),
+        "Machine.save": (calibrated.machine.save, "a.toml"),
+        "Design.save": (best.save, "a.json"),
+        "Design.to_robot_file": (best.to_robot_file, "a.json"),
+        "Sweep.to_csv": (swept.to_csv, "a.csv"),
+        "TimedPath.to_csv": (timed.to_csv, "a.csv"),
+        "Live.save": (fb.play(ROBOT).save, "a.html"),
+        "Certificate.to_json": (proof.to_json, "a.json"),
+    }
 
 
 # Who writes without `tables.written`, `saved` and `replaced`, and why that may be.
 DIRECT = {
-    "base.tables:saved": "that is it", "base.tables:written": "that is it", "base.presentation:_repr_html_": "into memory",
+    "base.tables:saved": "that is it",
+    "base.tables:written": "that is it",
+    "base.presentation:_repr_html_": "into memory",
     "visualization.plot.poses:strip_png": "into memory",
-    "visualization.pages.fronts:save_page": "into memory", "visualization.plot.poses:save_strip": "Scene.save replaces",
+    "visualization.pages.fronts:save_page": "into memory",
+    "visualization.plot.poses:save_strip": "Scene.save replaces",
     "models.machine_code:_build": "in a folder of its own, from which each file is moved as a whole",
     "study.speed_accuracy.store:add": "appends a line, cut ones are dropped",
     "cli.__init__:_flush": "into nothing",
-    "grading.report.outputs:write_whole": "replaces", "amoro.ros_free.figures:destroy": "a script's windows",
-    "amoro.ros_free.child:_scopes": "a script's scopes", "amoro.ros_free.child:_report": "a pipe",
-}  # fmt: skip
+    "grading.report.outputs:write_whole": "replaces",
+    "amoro.ros_free.figures:destroy": "a script's windows",
+    "amoro.ros_free.child:_scopes": "a script's scopes",
+    "amoro.ros_free.child:_report": "a pipe",
+}
 
 
 def writing_functions():

@@ -4,13 +4,7 @@ import casadi
 import numpy as np
 import pytest
 
-from fivebar.linkages import (
-    GRAVITY,
-    REPAIRED,
-    FiveBarLinkage,
-    driving_torque,
-    move,
-)
+from fivebar.linkages import GRAVITY, REPAIRED, FiveBarLinkage, driving_torque, move
 from tests.conftest import UNEQUAL
 
 from .test_exact import CASES, FOUR_BAR

@@ -116,21 +116,39 @@ def test_a_press_with_a_short_bar_locks_where_its_range_ends(theta11):
 @pytest.mark.parametrize(
     "check, words",
     [
-        (lambda: one_branch(FOUR_BAR, [1, -1]), r"branch must be one branch of this linkage, \+1 or -1, not a batch of \[1, -1\]$"),
-        (lambda: check_branch(REPAIRED, 1), "the branch of this linkage must be a pair of .1 or -1, not 1"),
+        (
+            lambda: one_branch(FOUR_BAR, [1, -1]),
+            r"branch must be one branch of this linkage, \+1 or -1, not a batch of \[1, -1\]$",
+        ),
+        (
+            lambda: check_branch(REPAIRED, 1),
+            "the branch of this linkage must be a pair of .1 or -1, not 1",
+        ),
         (lambda: check_branch(FOUR_BAR, 2), "branch"),
         (lambda: loads([1], "load"), r"load must be \{point: \(Fx, Fy\)\}, not \[1\]"),
         (lambda: loads({3: (0, 1)}, "load"), r"load must be \{point: \(Fx, Fy\)\}, not \{3: "),
-        (lambda: loads({"M": (0, 1, 2)}, "load"), r"load\['M'\] must be two numbers \(Fx, Fy\), .*\(0, 1, 2\)"),
-        (lambda: loads({"M": 3.0}, "load"), r"load\['M'\] must be two numbers \(Fx, Fy\), or arrays, not 3"),
+        (
+            lambda: loads({"M": (0, 1, 2)}, "load"),
+            r"load\['M'\] must be two numbers \(Fx, Fy\), .*\(0, 1, 2\)",
+        ),
+        (
+            lambda: loads({"M": 3.0}, "load"),
+            r"load\['M'\] must be two numbers \(Fx, Fy\), or arrays, not 3",
+        ),
         (lambda: loads({"M": (0, math.nan)}, "load"), r"load\['M'\]"),
         (lambda: pair((1, 2, 3), "base"), r"base must be finite, two numbers, not \(1, 2, 3\)"),
         (lambda: pair(1.0, "base"), "base must be finite, two numbers, not 1"),
         (lambda: pair((0, 1e12), "base"), "base must be"),
-        (lambda: linkage_rule(FourBar, "linkage"), "linkage must be a linkage, as FourBar or SliderCrank, not"),
-        (lambda: linkage_rule(3, "linkage"), "linkage must be a linkage, as FourBar or SliderCrank, not 3"),
+        (
+            lambda: linkage_rule(FourBar, "linkage"),
+            "linkage must be a linkage, as FourBar or SliderCrank, not",
+        ),
+        (
+            lambda: linkage_rule(3, "linkage"),
+            "linkage must be a linkage, as FourBar or SliderCrank, not 3",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_does_not_fit_a_linkage_is_named(check, words):
     with pytest.raises((ValueError, TypeError), match=f"^{words}"):
         check()

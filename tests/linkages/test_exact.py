@@ -106,8 +106,10 @@ def exact_points(linkage, branch):
         )
 
     return {"B": at_b, "C": at_c, "E": at_e}, {
-        "coupler": between(at_b, at_c), "rocker": between(lambda q: foot, at_c), "bar": between(at_c, at_e)
-    }  # fmt: skip
+        "coupler": between(at_b, at_c),
+        "rocker": between(lambda q: foot, at_c),
+        "bar": between(at_c, at_e),
+    }
 
 
 def derivatives(f, q):
@@ -129,11 +131,7 @@ def test_against_fifty_digits(linkage, branches, angles):
                     scale = max(abs(complex(x)) for x in expected)
                     assert complex(*got(name)) == pytest.approx(
                         complex(want), rel=REL, abs=REL * scale
-                    ), (
-                        name,
-                        q,
-                        branch,
-                    )
+                    ), (name, q, branch)
             for name, f in links.items():
                 expected = derivatives(f, mpmath.mpf(q))
                 for got, want in zip(
@@ -284,9 +282,11 @@ def test_press_inertia_and_potential_against_fifty_digits():
 def test_power_balance_of_the_slider_crank(held):
     """The motor's power is what the energies gain and the load takes; energies from poses, slopes by differences."""
     bodies = dict(
-        crank_body=Body(1.2, 0.003), rod_body=Body(0.8, 0.004, (0.05, 0.01)), slider_body=Body(0.5, 0.001),
+        crank_body=Body(1.2, 0.003),
+        rod_body=Body(0.8, 0.004, (0.05, 0.01)),
+        slider_body=Body(0.5, 0.001),
         guide_body=Body(0.7, 0.002, (0.1, 0.02)),
-    )  # fmt: skip
+    )
     linkage, gravity, h = SliderCrank(0.05, 0.15, 0.02, held, **bodies), (0.3, -9.81), 1e-5
     free = {"guide": "B", "crank": "B", "rod": "O", "slider": "O"}[held]
 

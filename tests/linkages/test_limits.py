@@ -197,14 +197,8 @@ def test_lengths_that_cannot_be():
             lambda: SliderCrank(0.1, 0.2, 0.35),
             r"offset = 0.35 m is more than crank \+ rod = 0.3 m, by 0.05",
         ),
-        (
-            lambda: SliderCrank(0.1, 0.2, held="piston"),
-            "held must be one of guide, crank",
-        ),
-        (
-            lambda: TABLE_2.inversion("piston"),
-            "held must be one of ground, crank",
-        ),
+        (lambda: SliderCrank(0.1, 0.2, held="piston"), "held must be one of guide, crank"),
+        (lambda: TABLE_2.inversion("piston"), "held must be one of ground, crank"),
         (lambda: SixBarPress(0.1, 0.1, 0.1, 0.4, 0.5, 0.6, 0), "l11 = 0.5 m is longer than l2"),
         (lambda: SixBarPress(0.1, 0.5, 0.4, 0.0, 0.5, 0.6, 0), "l5 must be finite and > 0"),
         (lambda: Body(-1.0), "mass must be finite and >= 0"),

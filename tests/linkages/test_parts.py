@@ -99,8 +99,10 @@ def test_panels_of_a_study():
     )
     assert usual_panels(study(FOUR_BAR, samples=9)) == [angles, rates, accelerations]
     assert usual_panels(study(TRACED, samples=9)) == [
-        angles, ["M.speed"], ["M.tangential", "M.normal"]
-    ]  # fmt: skip
+        angles,
+        ["M.speed"],
+        ["M.tangential", "M.normal"],
+    ]
     heavy = FourBar(0.2, 0.06, 0.16, 0.14, crank_body=HEAVY, rocker_body=HEAVY)
     assert usual_panels(study(heavy, samples=9)) == [angles, rates, accelerations, ["torque"]]
     slide = [["slide.position"], ["slide.velocity"], ["slide.acceleration"]]

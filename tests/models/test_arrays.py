@@ -12,9 +12,17 @@ from tests.helpers.needs import need
 
 BIGLIDE = fb.Biglide(0.12, 0.1, 0.1)
 HEAVY = fb.FiveBar.from_links(
-    0.09, 0.1, 0.08, 0.09, 0.12, {"11": 0.1, "12": 0.08, "21": 0.1, "22": 0.08}, payload=0.2,
-    gravity=(0, -9.81), rotor=(1e-4, 2e-4), viscous=(0.01, 0.02),
-)  # fmt: skip
+    0.09,
+    0.1,
+    0.08,
+    0.09,
+    0.12,
+    {"11": 0.1, "12": 0.08, "21": 0.1, "22": 0.08},
+    payload=0.2,
+    gravity=(0, -9.81),
+    rotor=(1e-4, 2e-4),
+    viscous=(0.01, 0.02),
+)
 ROBOTS = {"amoro": fb.FiveBar(), "heavy": HEAVY, "biglide": BIGLIDE}
 LIBRARIES = "numpy", "array_api_strict", "jax.numpy", "torch"
 MOVING = ["q", "q_dot", "tau"], ["xi", "q_passive", "A", "d", "M", "c", "energy", "xi_ddot"]
@@ -316,26 +324,50 @@ ZERO = np.zeros((3, 2))
 @pytest.mark.parametrize(
     "call,kind,words",
     [
-        (lambda: make(to="jax"), ValueError, "to = 'jax' has no broadcast_to, .*sqrt.*numpy, jax.numpy or torch"),
+        (
+            lambda: make(to="jax"),
+            ValueError,
+            "to = 'jax' has no broadcast_to, .*sqrt.*numpy, jax.numpy or torch",
+        ),
         (lambda: make(to=casadi), ValueError, "has no .*where"),
         (lambda: make(to=np, jit=True), ValueError, "jit compiles CasADi's function"),
         (lambda: make(source=True), ValueError, "goes with to"),
-        (lambda: make(to=np)(ZERO.astype(int), ZERO), TypeError, "q must be an array of numpy, .*not one of numpy, of int64"),
+        (
+            lambda: make(to=np)(ZERO.astype(int), ZERO),
+            TypeError,
+            "q must be an array of numpy, .*not one of numpy, of int64",
+        ),
         (lambda: make(to=np)(ZERO, ZERO.astype(complex)), TypeError, "q_dot must be .*complex128"),
         (lambda: make(to=np)(ZERO, ZERO.astype(np.float16)), TypeError, "q_dot must be .*float16"),
         (lambda: make(to=np)([[0.0, 0.0]], ZERO), TypeError, r"q must be .*, not \[\[0.0, 0.0\]\]"),
-        (lambda: make(to=np)(ZERO, ZERO.astype(np.float32)), TypeError, "q_dot is float32 and q float64"),
-        (lambda: make(to=np)(ZERO, np.zeros((3, 4))), ValueError, r"q_dot must have shape \(\*batch, 2\), not \(3, 4\)"),
+        (
+            lambda: make(to=np)(ZERO, ZERO.astype(np.float32)),
+            TypeError,
+            "q_dot is float32 and q float64",
+        ),
+        (
+            lambda: make(to=np)(ZERO, np.zeros((3, 4))),
+            ValueError,
+            r"q_dot must have shape \(\*batch, 2\), not \(3, 4\)",
+        ),
         (lambda: make(to=np)(np.float64(0), ZERO), ValueError, r"q must have shape .* not \(\)"),
         (lambda: make(to=np)(ZERO), TypeError, "missing a required argument: 'q_dot'"),
         (lambda: make(to=np)(ZERO, ZERO, l11=0.1), TypeError, "unexpected keyword argument 'l11'"),
         (lambda: with_length("w3"), ValueError, "symbol 'w3' needs another name"),
         (lambda: with_length("lambda"), ValueError, "symbol 'lambda' needs another name"),
         (lambda: with_length("q"), ValueError, "symbol q of the robot has the name of an input"),
-        (lambda: with_length("l11")(ZERO, l11="0.1"), TypeError, "l11 must be a number or an array of numpy"),
-        (lambda: with_length("l11")(ZERO, l11=np.array([1, 2, 3])), TypeError, "l11 must be .*of int64"),
+        (
+            lambda: with_length("l11")(ZERO, l11="0.1"),
+            TypeError,
+            "l11 must be a number or an array of numpy",
+        ),
+        (
+            lambda: with_length("l11")(ZERO, l11=np.array([1, 2, 3])),
+            TypeError,
+            "l11 must be .*of int64",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_does_not_go_is_refused_at_once(call, kind, words):
     with pytest.raises(kind, match=words):
         call()

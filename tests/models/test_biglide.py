@@ -111,11 +111,20 @@ def test_singular_models_speak_of_this_robot():
         fb.forward_dynamics(fb.Rates(fb.igm(both, (0.0, 0.0)), (0.0, 0.0), (0.0, 0.0)), (1.0, 1.0))
 
 
-@pytest.mark.parametrize("change, words", [
-    (dict(l1=0.0), "l1 must be finite and > 0"), (dict(mf1=-1), "mf1 must be finite and >= 0"),
-    (dict(m=math.nan), "m must be finite"), (dict(d="wide"), "d must be a number"), (dict(l2=True), "l2 must be fin"),
-    (dict(d=0.6), r"this robot can never close: d = 0\.6 m is longer than l1 \+ l2 = 0\.565685 m, by 0\.0343146 m"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (dict(l1=0.0), "l1 must be finite and > 0"),
+        (dict(mf1=-1), "mf1 must be finite and >= 0"),
+        (dict(m=math.nan), "m must be finite"),
+        (dict(d="wide"), "d must be a number"),
+        (dict(l2=True), "l2 must be fin"),
+        (
+            dict(d=0.6),
+            r"this robot can never close: d = 0\.6 m is longer than l1 \+ l2 = 0\.565685 m, by 0\.0343146 m",
+        ),
+    ],
+)
 def test_robots_that_cannot_be(change, words):
     with pytest.raises(ValueError, match=words):
         fb.Biglide(**change)

@@ -132,11 +132,20 @@ def test_a_batch_of_torques_at_one_pose_and_of_poses_under_one_torque():
         np.testing.assert_allclose(row, fb.forward_dynamics(one, (0.05, -0.01)).q_ddot, rtol=1e-14)
 
 
-@pytest.mark.parametrize("robot, words", [
-    (fb.FiveBar(zz2=0.0, gravity=(0, -9.81)), "forward_dynamics needs zz2 > 0, as it divides the torque by it"),
-    (fb.FiveBar(zz1=0.0, gravity=(0, -9.81)), "forward_dynamics needs zz1 > 0"),
-    (fb.FiveBar(m=0.0, fv12=0.01), r"forward_dynamics needs m > 0 where elbows rub \(fv12, fv22\)"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "robot, words",
+    [
+        (
+            fb.FiveBar(zz2=0.0, gravity=(0, -9.81)),
+            "forward_dynamics needs zz2 > 0, as it divides the torque by it",
+        ),
+        (fb.FiveBar(zz1=0.0, gravity=(0, -9.81)), "forward_dynamics needs zz1 > 0"),
+        (
+            fb.FiveBar(m=0.0, fv12=0.01),
+            r"forward_dynamics needs m > 0 where elbows rub \(fv12, fv22\)",
+        ),
+    ],
+)
 def test_what_forward_dynamics_divides_by(robot, words):
     with pytest.raises(ValueError, match=words):
         fb.forward_dynamics(moving(robot, (0.1, 0.2)), (0.0, 0.0))
@@ -148,8 +157,12 @@ GIVEN = dict(l11=0.2, l12=0.15, l21=0.19, l22=0.16, d=0.12, payload=0.5, gravity
 
 
 def test_robots_of_links_by_their_parameters():
-    links = {"11": {"mass": 1.2, "x": 0.11, "y": 0.01, "inertia_about_centre": 7e-3}, "12": 0.9,
-             "21": {"mass": 1.2, "x": 0.11, "inertia": 0.03}, "22": {"mass": 0.4}}  # fmt: skip
+    links = {
+        "11": {"mass": 1.2, "x": 0.11, "y": 0.01, "inertia_about_centre": 7e-3},
+        "12": 0.9,
+        "21": {"mass": 1.2, "x": 0.11, "inertia": 0.03},
+        "22": {"mass": 0.4},
+    }
     robot = robot_of({**GIVEN, "links": links, "viscous": (0.01, 0.02), "coulomb": (0.1, 0.2)})
     whole = {
         "11": fb.Link.about_centre(1.2, 0.11, 0.01, 7e-3),
@@ -176,19 +189,37 @@ def test_gravity_may_be_a_vector_of_symbols():
         fb.FiveBar(gravity=casadi.SX.sym("g", 3))
 
 
-@pytest.mark.parametrize("change, words", [
-    (dict(links={"11": {"mass": 1, "length": 2}}), "no parameter length of links.11; the known ones are mass, x, y, inertia"),
-    (dict(links={"11": {"x": 1}}), "links.11 needs mass too"),
-    (dict(links={"11": {"mass": 1, "inertia_about_centre": 1}}), "links.11 needs x too"),
-    (dict(links={"11": {"mass": 1, "x": 0, "inertia": 1, "inertia_about_centre": 1}}), "no parameter inertia of links.11"),
-    (dict(links=5), 'links must be a table of "11", "12", "21" and "22", not 5'),
-    (dict(colour=5, links={}), "no parameter colour of a robot of links; the known ones are l11, l12"),
-    (dict(rotor=5, links={}), r"rotor must be two inertias, or \\(inertia, gear ratio\\) pairs, not 5"),
-    (dict(rotor=(1, (1, 2, 3)), links={}), r"rotor must be an inertia or \\(inertia, gear ratio\\), not \\(1, 2, 3\\)"),
-    (dict(rotor=(-1, 1), links={}), "rotor must be"),
-    (dict(rotor=(1, (1, 0)), links={}), "rotor's gear ratio must be"),
-    (dict(payload=-1.0, links={}), "payload must be"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (
+            dict(links={"11": {"mass": 1, "length": 2}}),
+            "no parameter length of links.11; the known ones are mass, x, y, inertia",
+        ),
+        (dict(links={"11": {"x": 1}}), "links.11 needs mass too"),
+        (dict(links={"11": {"mass": 1, "inertia_about_centre": 1}}), "links.11 needs x too"),
+        (
+            dict(links={"11": {"mass": 1, "x": 0, "inertia": 1, "inertia_about_centre": 1}}),
+            "no parameter inertia of links.11",
+        ),
+        (dict(links=5), 'links must be a table of "11", "12", "21" and "22", not 5'),
+        (
+            dict(colour=5, links={}),
+            "no parameter colour of a robot of links; the known ones are l11, l12",
+        ),
+        (
+            dict(rotor=5, links={}),
+            r"rotor must be two inertias, or \\(inertia, gear ratio\\) pairs, not 5",
+        ),
+        (
+            dict(rotor=(1, (1, 2, 3)), links={}),
+            r"rotor must be an inertia or \\(inertia, gear ratio\\), not \\(1, 2, 3\\)",
+        ),
+        (dict(rotor=(-1, 1), links={}), "rotor must be"),
+        (dict(rotor=(1, (1, 0)), links={}), "rotor's gear ratio must be"),
+        (dict(payload=-1.0, links={}), "payload must be"),
+    ],
+)
 def test_links_that_cannot_be(change, words):
     with pytest.raises(ValueError, match=words.replace("\\\\", "\\")):
         robot_of({**GIVEN, **change})

@@ -39,10 +39,7 @@ def test_what_a_drive_says_of_its_pivot(drive):
             xi = far + away * (limit / np.hypot(*away) * nearer - 1)
             assert (
                 np.isfinite(drive.coordinate(drive.direction_in(drive.close(xi, bar, 1)))) == inside
-            ), (
-                limit,
-                inside,
-            )
+            ), (limit, inside)
     assert np.isfinite(drive.apart(0.3, 0.0)).all() and drive.apart(*drive[:2]) == (0.0, 0.0)
     assert len(drive.limits(bar)) == (2 if isinstance(drive, Crank) else 1)
 

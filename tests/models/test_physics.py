@@ -170,10 +170,12 @@ def test_each_rung_costs_what_it_names():
     """Instructions of forward dynamics, rung by rung: no rung is free, none costs the other."""
     lab = fb.FiveBar()
     rungs = {
-        "lab": lab, "viscous": replace(lab, fv1=0.01, fv2=0.01), "gravity": replace(lab, gravity=(0, -9.81)),
+        "lab": lab,
+        "viscous": replace(lab, fv1=0.01, fv2=0.01),
+        "gravity": replace(lab, gravity=(0, -9.81)),
         "moments": replace(lab, gravity=(0, -9.81), mx11=0.02, mx21=0.02),
         "heavy": replace(lab, zz12=-1e-4, zz22=-1e-4),
-    }  # fmt: skip
+    }
     count = {
         k: fb.compile(r, ["q", "q_dot", "tau"], ["q_ddot"]).n_instructions()
         for k, r in rungs.items()

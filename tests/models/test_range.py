@@ -39,13 +39,18 @@ def test_ratios_and_inertias_out_of_range_are_refused():
 def test_models_are_right_at_the_ends_of_the_range(size, inertia):
     """The five-bar of one size is that of another, magnified: dgm by 50 digits, forward dynamics by its scales."""
     unit = fb.FiveBar(1.0, 0.9, 0.8, 1.1, 1.2, 0.2, 0.3, 0.5)
-    robot = fb.FiveBar(*(size * x for x in (1.0, 0.9, 0.8, 1.1, 1.2)), *(inertia * x for x in (0.2, 0.3)),
-                       min(max(inertia * 0.5 / size**2, LIGHTEST), HEAVIEST))  # fmt: skip
+    robot = fb.FiveBar(
+        *(size * x for x in (1.0, 0.9, 0.8, 1.1, 1.2)),
+        *(inertia * x for x in (0.2, 0.3)),
+        min(max(inertia * 0.5 / size**2, LIGHTEST), HEAVIEST),
+    )
     q = np.array([1.2, 0.9])
     pose = fb.dgm(robot, q)
     mp.dps = 50
-    a, b = ([mpf(s) * mpf(robot.d) / 2 + mpf(l1) * mp.cos(mpf(x)), mpf(l1) * mp.sin(mpf(x))]
-            for s, l1, x in ((-1, robot.l11, q[0]), (1, robot.l21, q[1])))  # fmt: skip
+    a, b = (
+        [mpf(s) * mpf(robot.d) / 2 + mpf(l1) * mp.cos(mpf(x)), mpf(l1) * mp.sin(mpf(x))]
+        for s, l1, x in ((-1, robot.l11, q[0]), (1, robot.l21, q[1]))
+    )
     for elbow, bar in ((a, robot.l12), (b, robot.l22)):
         gap = mp.sqrt(sum((mpf(float(x)) - e) ** 2 for x, e in zip(pose.xi, elbow))) - mpf(bar)
         assert abs(float(gap)) < 1e-15 * size * 4

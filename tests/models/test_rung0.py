@@ -21,9 +21,16 @@ from fivebar.study.speed_accuracy.charts.fixed_steps import slope_function
 BEFORE = json.loads((Path(__file__).parents[1] / "data" / "rung0.json").read_text("utf-8"))
 ROBOTS = {"five-bar": fb.FiveBar(l12=0.1, l22=0.11), "biglide": fb.Biglide()}
 PAIRS = [
-    "q>xi", "xi>q,q_passive", "q,q_dot>M,c", "q,q_dot>energy", "xi,xi_dot>M,c", "q,q_dot,q_ddot>tau",
-    "xi,xi_dot,xi_ddot>tau", "q,q_dot,tau>q_ddot,xi_ddot", "xi,xi_dot,tau>q_ddot,q_passive_ddot",
-]  # fmt: skip
+    "q>xi",
+    "xi>q,q_passive",
+    "q,q_dot>M,c",
+    "q,q_dot>energy",
+    "xi,xi_dot>M,c",
+    "q,q_dot,q_ddot>tau",
+    "xi,xi_dot,xi_ddot>tau",
+    "q,q_dot,tau>q_ddot,xi_ddot",
+    "xi,xi_dot,tau>q_ddot,q_passive_ddot",
+]
 
 
 def count_of(robot, pair):

@@ -78,15 +78,24 @@ def test_the_triangle_has_all_points_of_its_grid(count):
     [
         (lambda: D.grid(l1=np.zeros((2, 2))), "l1 must be a row of numbers"),
         (lambda: D.grid(l1=[]), "l1 must be"),
-        (lambda: D.grid(l1=np.ones(10**5), l2=np.ones(10**4), d=np.ones(10**4)), r"grid: 1e\+13 designs are more than 1e\+12"),
-        (lambda: fb.sweep("bars", {"l1": np.zeros((2, 2))}), r"designs\[l1\] must be a number or a column, not of"),
+        (
+            lambda: D.grid(l1=np.ones(10**5), l2=np.ones(10**4), d=np.ones(10**4)),
+            r"grid: 1e\+13 designs are more than 1e\+12",
+        ),
+        (
+            lambda: fb.sweep("bars", {"l1": np.zeros((2, 2))}),
+            r"designs\[l1\] must be a number or a column, not of",
+        ),
         (lambda: fb.sweep("bars", {"l1": []}), "designs: the columns are empty"),
-        (lambda: fb.sweep("bars", [fb.FiveBar(gravity=(0, -9.81))]), r"designs: gravity \(0.*-9.81\) is not that of"),
+        (
+            lambda: fb.sweep("bars", [fb.FiveBar(gravity=(0, -9.81))]),
+            r"designs: gravity \(0.*-9.81\) is not that of",
+        ),
         (lambda: D.triangle(1), "count must be a whole number >= 2"),
         (lambda: D.sample({"l1": (0, 1)}, 0), "count must be a whole number >= 1"),
         (lambda: D.sample({"l1": (0, 1)}, 5, seed=-1), "seed must be a whole number >= 0"),
     ],
-)  # fmt: skip
+)
 def test_designs_that_do_not_go(asked, words):
     with pytest.raises(ValueError, match=words):
         asked()
@@ -157,8 +166,13 @@ def test_the_largest_over_the_parts(monkeypatch):
 
     parts = [
         SimpleNamespace(area=area, clearance=clearance, gives=gives)
-        for area, clearance, gives in ((1.0, 0.5, 0.95), (4.0, 0.5, 1.5), (9.0, 0.1, 8.0), (3.0, 0.5, 2.5))
-    ]  # fmt: skip
+        for area, clearance, gives in (
+            (1.0, 0.5, 0.95),
+            (4.0, 0.5, 1.5),
+            (9.0, 0.1, 8.0),
+            (3.0, 0.5, 2.5),
+        )
+    ]
     monkeypatch.setattr(one_by_one, "_regions", lambda robot, task: parts)
     largest = _of_parts(measure, lambda area: area)
     assert largest(None, SimpleNamespace(margin=0.1), None) == pytest.approx(2.4)
@@ -255,7 +269,7 @@ def test_a_robot_too_heavy_for_its_motors_takes_for_ever():
         done = fb.sweep(
             "time", {"task_y": [0.15]}, robot=base, motor=(share * torque, 50.0), **choice
         )
-        assert np.isfinite(done["time"][0]) == finite and not done.errors  # fmt: skip
+        assert np.isfinite(done["time"][0]) == finite and not done.errors
 
 
 def test_a_motion_through_type_2_is_none():
@@ -283,7 +297,9 @@ def test_a_path_that_was_not_timed_is_an_error_unless_it_is_proved(proved, monke
         raise TimingError("not timed", 0.0, proved)
 
     monkeypatch.setattr(one_by_one, "time_path", time_path)
-    done = fb.sweep("path_time", {"task_y": [0.1]}, path=[(0, 0), (0.01, 0)], motor=(1, 1), workers=1)  # fmt: skip
+    done = fb.sweep(
+        "path_time", {"task_y": [0.1]}, path=[(0, 0), (0.01, 0)], motor=(1, 1), workers=1
+    )
     if proved:
         assert done["path_time"][0] == np.inf and not done.errors
     else:
@@ -295,7 +311,9 @@ def test_a_path_through_a_singularity_takes_for_ever(monkeypatch):
         raise SingularityError("Type 2", 0.0)
 
     monkeypatch.setattr(one_by_one, "time_path", time_path)
-    done = fb.sweep("path_time", {"task_y": [0.1]}, path=[(0, 0), (0.01, 0)], motor=(1, 1), workers=1)  # fmt: skip
+    done = fb.sweep(
+        "path_time", {"task_y": [0.1]}, path=[(0, 0), (0.01, 0)], motor=(1, 1), workers=1
+    )
     assert done["path_time"][0] == np.inf and not done.errors
 
 
@@ -408,9 +426,12 @@ def test_the_worst_tip_error_is_at_a_corner_of_the_tolerances():
         lengths[:, 4] /= 2
         robots = [fb.FiveBar(*row) for row in lengths]
         choices = {"table": (0.02, 0.02), "poses": 2, "tolerances": size}
-        found = fb.sweep("worst_tip_error", {
-            name: column for name, column in zip(("l11", "l12", "l21", "l22", "d"), lengths.T)
-        } | {"task_y": 0.14}, **choices)["worst_tip_error"]  # fmt: skip
+        found = fb.sweep(
+            "worst_tip_error",
+            {name: column for name, column in zip(("l11", "l12", "l21", "l22", "d"), lengths.T)}
+            | {"task_y": 0.14},
+            **choices,
+        )["worst_tip_error"]
         t = {"q": 0.0, "l": 0.0, "d": 0.0} | size
         tolerances = np.array([t["l"]] * 4 + [t["d"]] + [t["q"]] * 2)
         points = np.array([(x, y) for x in (-0.01, 0.01) for y in (0.13, 0.15)])
@@ -614,8 +635,14 @@ def test_a_search_is_the_same_with_the_same_seed_alone(goals):
     """Few generations are far from done, so that another seed is seen."""
 
     def found(seed):
-        done = fb.design(goals, {"l1": (0.1, 0.2), "l2": (0.1, 0.2), "d": (0.01, 0.1)},
-                         limits={"bars": 0.55}, points=4, effort=0.01, seed=seed)  # fmt: skip
+        done = fb.design(
+            goals,
+            {"l1": (0.1, 0.2), "l2": (0.1, 0.2), "d": (0.01, 0.1)},
+            limits={"bars": 0.55},
+            points=4,
+            effort=0.01,
+            seed=seed,
+        )
         return [one.parameters for one in getattr(done, "designs", [done])]
 
     assert found(3) == found(3) != found(4)
@@ -797,8 +824,11 @@ def test_a_front_is_kept_in_a_folder(monkeypatch, tmp_path):
     assert [file.name for file in robots] == ["01.json", "02.json", "mine.json"]
     assert fb.load_robot(robots[1]) == front.robots[1]
     assert {file.name for file in (tmp_path / "front").iterdir() if file.is_file()} >= {
-        "front.json", "front.csv", "front.png", "index.html"
-    }  # fmt: skip
+        "front.json",
+        "front.csv",
+        "front.png",
+        "index.html",
+    }
     again = Front.load(tmp_path / "front")
     assert again.designs[1].task.about == {"poses": [7, 5], "sin": 0.25}
     assert again.robots == front.robots and repr(again) == repr(front) and len(again) == 2

@@ -97,9 +97,14 @@ def test_what_is_better():
 @pytest.fixture(scope="module")
 def front():
     return fb.design(
-        ["footprint", "tip_speed"], ON_TABLE, limits={"det_A": 0.4, "tip_force": (12.0, None)}, step=0.001, points=8,
-        effort=0.6, **TABLE,
-    )  # fmt: skip
+        ["footprint", "tip_speed"],
+        ON_TABLE,
+        limits={"det_A": 0.4, "tip_force": (12.0, None)},
+        step=0.001,
+        points=8,
+        effort=0.6,
+        **TABLE,
+    )
 
 
 def test_a_front_for_a_table_and_a_motor(front):
@@ -154,9 +159,13 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
         and len(lines) == len(front) + 2
     )
     along = fb.design(
-        ["bars", "worst_speed"], {"l1": (0.1, 0.2), "l2": (0.1, 0.2), "task_y": 0.15}, points=2, effort=0.02,
-        motion=fb.line((-0.02, 0), (0.02, 0), 1.0), path=[(-0.02, 0), (0.02, 0)],
-    )  # fmt: skip
+        ["bars", "worst_speed"],
+        {"l1": (0.1, 0.2), "l2": (0.1, 0.2), "task_y": 0.15},
+        points=2,
+        effort=0.02,
+        motion=fb.line((-0.02, 0), (0.02, 0), 1.0),
+        path=[(-0.02, 0), (0.02, 0)],
+    )
     along.save(tmp_path / "along")
     assert D.Front.load(tmp_path / "along").designs[0].values == along.designs[0].values
     assert isinstance(again.plot(robots=3), Picture) and isinstance(again.knee.plot(), Picture)
@@ -252,31 +261,77 @@ def test_goals_of_ones_own_and_fixed_parameters():
 @pytest.mark.parametrize(
     "asked, error, notes",
     [
-        (lambda: fb.design("area", LENGTHS), ValueError, "goals: no figure 'area'; the known ones are"),
-        (lambda: fb.design({"bars": "most"}, LENGTHS), ValueError, 'bars is to be "min" or "max", not \'most\''),
-        (lambda: fb.design(["bars", "workspace_area", "det_A", "sin"], LENGTHS, **TABLE), ValueError, "at most three"),
-        (lambda: fb.design("bars", {"l1": (0.3, 0.1)}), ValueError, "bounds: l1 = .* is the wrong way round"),
+        (
+            lambda: fb.design("area", LENGTHS),
+            ValueError,
+            "goals: no figure 'area'; the known ones are",
+        ),
+        (
+            lambda: fb.design({"bars": "most"}, LENGTHS),
+            ValueError,
+            'bars is to be "min" or "max", not \'most\'',
+        ),
+        (
+            lambda: fb.design(["bars", "workspace_area", "det_A", "sin"], LENGTHS, **TABLE),
+            ValueError,
+            "at most three",
+        ),
+        (
+            lambda: fb.design("bars", {"l1": (0.3, 0.1)}),
+            ValueError,
+            "bounds: l1 = .* is the wrong way round",
+        ),
         (lambda: fb.design("bars", {"l7": (0.1, 0.3)}), ValueError, "bounds: no parameter 'l7'"),
         (lambda: fb.design("bars", [0.1]), TypeError, "bounds must be a table"),
-        (lambda: fb.design("bars", {"l1": (0.1, 0.2, 0.3)}), ValueError, "l1 must be .low, high. or a number"),
-        (lambda: fb.design("bars", {"l1": (0.1, np.inf)}), ValueError, "bounds: l1's high must be finite"),
-        (lambda: fb.design("bars", {"l1": (0.1001, 0.1004)}, step=1e-3), ValueError, "no multiple of step = 0.001"),
-        (lambda: fb.design("bars", LENGTHS, limits={"det_A": 0.5}), ValueError, "limits: det_A needs table"),
-        (lambda: fb.design("bars", LENGTHS, limits={"workspace_area": (2, 1)}), ValueError, "is the wrong way round"),
-        (lambda: fb.design("bars", LENGTHS, limits={"bars": (None, None)}), ValueError, "neither a low nor a high"),
-        (lambda: fb.design("bars", LENGTHS, limits=["bars"]), TypeError, "limits must be a table"),
-        (lambda: fb.design("bars", LENGTHS, points=1), ValueError, "points must be a whole number >= 2"),
         (
-            lambda: fb.design("bars", LENGTHS, limits={"workspace_area": 50.0}, effort=0.1), ValueError,
+            lambda: fb.design("bars", {"l1": (0.1, 0.2, 0.3)}),
+            ValueError,
+            "l1 must be .low, high. or a number",
+        ),
+        (
+            lambda: fb.design("bars", {"l1": (0.1, np.inf)}),
+            ValueError,
+            "bounds: l1's high must be finite",
+        ),
+        (
+            lambda: fb.design("bars", {"l1": (0.1001, 0.1004)}, step=1e-3),
+            ValueError,
+            "no multiple of step = 0.001",
+        ),
+        (
+            lambda: fb.design("bars", LENGTHS, limits={"det_A": 0.5}),
+            ValueError,
+            "limits: det_A needs table",
+        ),
+        (
+            lambda: fb.design("bars", LENGTHS, limits={"workspace_area": (2, 1)}),
+            ValueError,
+            "is the wrong way round",
+        ),
+        (
+            lambda: fb.design("bars", LENGTHS, limits={"bars": (None, None)}),
+            ValueError,
+            "neither a low nor a high",
+        ),
+        (lambda: fb.design("bars", LENGTHS, limits=["bars"]), TypeError, "limits must be a table"),
+        (
+            lambda: fb.design("bars", LENGTHS, points=1),
+            ValueError,
+            "points must be a whole number >= 2",
+        ),
+        (
+            lambda: fb.design("bars", LENGTHS, limits={"workspace_area": 50.0}, effort=0.1),
+            ValueError,
             "nothing within the bounds was found that keeps the limits; .*: workspace_area = 1.1.*, not from 50",
         ),
         (
-            lambda: fb.design("bars", LENGTHS, table=(2.0, 2.0), poses=5, effort=0.1), ValueError,
+            lambda: fb.design("bars", LENGTHS, table=(2.0, 2.0), poses=5, effort=0.1),
+            ValueError,
             "the nearest, l1 = .*: the table is out of reach by",
         ),
         (lambda: fb.design("bars", {"d": (0.5, 0.9)}, effort=0.1), ValueError, "no robot closes"),
     ],
-)  # fmt: skip
+)
 def test_what_is_refused(asked, error, notes):
     with pytest.raises(error, match=notes):
         asked()

@@ -13,8 +13,12 @@ from tests.helpers import DATA
 D = fb.optimal_design
 REFERENCE = json.loads((DATA / "workspace.json").read_text("utf-8"))
 TASK = dict(
-    table=(0.06, 0.04), poses=(5, 4), motor=(0.7, 5.0), stiffness=30.0, tolerances={"q": 2e-3, "l": 1e-4, "d": 3e-4}
-)  # fmt: skip
+    table=(0.06, 0.04),
+    poses=(5, 4),
+    motor=(0.7, 5.0),
+    stiffness=30.0,
+    tolerances={"q": 2e-3, "l": 1e-4, "d": 3e-4},
+)
 NAMES = [
     name
     for name, figure in D.FIGURES.items()

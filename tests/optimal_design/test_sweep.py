@@ -212,10 +212,17 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 @pytest.mark.deep
 def test_memory_is_flat_in_the_number_of_designs(tmp_path):
     peak = [
-        int(subprocess.run([sys.executable, "-c", MEMORY, str(count), tmp_path / str(count)], cwd=ROOT,
-                           capture_output=True, text=True, check=True).stdout)
+        int(
+            subprocess.run(
+                [sys.executable, "-c", MEMORY, str(count), tmp_path / str(count)],
+                cwd=ROOT,
+                capture_output=True,
+                text=True,
+                check=True,
+            ).stdout
+        )
         for count in (10_000, 100_000)
-    ]  # fmt: skip
+    ]
     assert peak[1] - peak[0] < 12_000  # kB; the larger table alone has 3200 of them
 
 
@@ -261,8 +268,7 @@ def test_an_executor_that_takes_no_more(tmp_path):
     executor = ThreadPoolExecutor(1)
     executor.shutdown()
     with pytest.raises(
-        RuntimeError,
-        match="takes no more work.*What was done is in .*; the same call goes on",
+        RuntimeError, match="takes no more work.*What was done is in .*; the same call goes on"
     ):
         swept(tmp_path / "out", executor)
     with pytest.raises(

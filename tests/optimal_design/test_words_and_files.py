@@ -23,16 +23,18 @@ def problem_of(goals, bounds=BOUNDS, limits=None, **choices):
 
 
 def test_a_report_names_goals_bounds_and_gaps():
-    problem = problem_of({"workspace_area": "max", "bars": "max"}, limits={"footprint": 1.0}, table=(0.02, 0.02), poses=3)  # fmt: skip
+    problem = problem_of(
+        {"workspace_area": "max", "bars": "max"},
+        limits={"footprint": 1.0},
+        table=(0.02, 0.02),
+        poses=3,
+    )
     lines = problem.design_of(np.array([0.2, 0.3, 0.0])).report.splitlines()
     assert lines[:3] == ["l1 = 0.2", "l2 = 0.3", "d = 0"]
     area = np.pi * (0.5**2 - 0.1**2)
     assert lines[3:5] == [f"workspace_area = {area:.6g} m² (max)", "bars = 1 m (max)"]
     assert lines[5].startswith("footprint = ") and lines[5].endswith(" m²")
-    assert lines[8:10] == [
-        "l2 = 0.3 is at its upper bound 0.3",
-        "d = 0 is at its lower bound 0",
-    ]
+    assert lines[8:10] == ["l2 = 0.3 is at its upper bound 0.3", "d = 0 is at its lower bound 0"]
     gap = 100 * (0.36 * np.pi - area) / (0.36 * np.pi)
     assert lines[-2:] == [
         f"no robot within the bounds passes workspace_area = {0.36 * np.pi:.6g};"
@@ -107,11 +109,15 @@ def test_a_path_or_motion_of_a_task_is_taken_as_it_is():
         ({"l1": None}, ValueError, r"bounds: l1 must be \(low, high\) or a number, not None"),
         ({}, TypeError, r"bounds must be a table, as \{'l1': \(0.05, 0.2\)\}, not \{\}"),
         (3, TypeError, "bounds must be a table, as"),
-        ({"l3": (0.1, 0.2)}, ValueError, "bounds: no parameter 'l3' of a design; the known ones are l1, l2, r1"),
+        (
+            {"l3": (0.1, 0.2)},
+            ValueError,
+            "bounds: no parameter 'l3' of a design; the known ones are l1, l2, r1",
+        ),
         ({"l1": (0.1, 0.2), "r1": 0.1}, ValueError, "bounds: r1 and l1 both set l11"),
         ({"l11": 0.1, "l1": (0.1, 0.2)}, ValueError, "bounds: l1 and l11 both set l11"),
     ],
-)  # fmt: skip
+)
 def test_bounds_that_do_not_go(bounds, error, words):
     with pytest.raises(error, match=f"^{words}"):
         fb.design("workspace_area", bounds)

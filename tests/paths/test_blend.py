@@ -110,8 +110,11 @@ def test_a_gentle_corner_is_rounded_as_far_as_its_sides_reach():
 def test_pen_dwells_and_speeds_are_kept_over_blends():
     rough = Path(
         (Line((0, 0), (1, 0)), Line((1, 0), (1, 1)), Line((1, 1), (0, 1)), Line((0, 1), (0, 0.5))),
-        pen=(True, True, False, False), dwells={3.0: 2.0}, feed=(0.1, 0.2, np.inf, np.inf), lines=(2, 3, 4, 5),
-    )  # fmt: skip
+        pen=(True, True, False, False),
+        dwells={3.0: 2.0},
+        feed=(0.1, 0.2, np.inf, np.inf),
+        lines=(2, 3, 4, 5),
+    )
     path = blended(rough, 1e-3)
     assert len(path.pieces) == 5 and path.pen == (True, True, True, False, False)
     assert path.feed == (0.1, 0.1, 0.2, np.inf, np.inf) and path.lines == (2, 3, 3, 4, 5)
@@ -125,10 +128,12 @@ def bezier(p, t):
 
 
 CURVES = {
-    "plain": [0, 0.03 + 0.05j, 0.08 - 0.02j, 0.1], "loop": [0, 0.1 + 0.05j, -0.05 + 0.05j, 0.05],
-    "cusp": [0, 0.1 + 0.1j, 0.1j, 0.1], "handles in the ends": [0, 0, 0.1j, 0.1 + 0.1j],
+    "plain": [0, 0.03 + 0.05j, 0.08 - 0.02j, 0.1],
+    "loop": [0, 0.1 + 0.05j, -0.05 + 0.05j, 0.05],
+    "cusp": [0, 0.1 + 0.1j, 0.1j, 0.1],
+    "handles in the ends": [0, 0, 0.1j, 0.1 + 0.1j],
     "handles in one point": [0, 0.1j, 0.1j, 0.1],
-}  # fmt: skip
+}
 # z = b t + c t^2 + d t^3 with z' = (t - 0.3) (p + q t).
 p, q = 0.3 + 0.2j, -0.1 + 0.2j
 b, c, d = -0.3 * p, (p - 0.3 * q) / 2, q / 3

@@ -192,7 +192,7 @@ def test_places_of_a_tool_and_their_derivatives():
 def test_a_tool_folds_where_it_is_in_line_with_the_proximal_bar():
     for _, _, image in images():
         mounted = image.mounted
-        ((leg, side), (cosine, sine)), = _bends(mounted, 0.0).items()  # fmt: skip
+        (((leg, side), (cosine, sine)),) = _bends(mounted, 0.0).items()
         assert leg == mounted.tool.leg - 1 and sine > 0
         bent = complex(cosine, -side * mounted.working[leg] * sine)
         across = (bent * mounted.from_elbow).imag

@@ -23,8 +23,12 @@ ROBOT = fb.FiveBar()
 
 SQUARE = (Line((0, 0), (1, 0)), Line((1, 0), (1, 1)), Line((1, 1), (0, 1)), Line((0, 1), (0, 3)))
 PATH = Path(
-    SQUARE, (True, True, False, True), {1.0: 0.5, 3.0: 0.2}, (0.1, 0.2, 0.3, 0.4), lines=(1, 2, 3, 4)
-)  # fmt: skip
+    SQUARE,
+    (True, True, False, True),
+    {1.0: 0.5, 3.0: 0.2},
+    (0.1, 0.2, 0.3, 0.4),
+    lines=(1, 2, 3, 4),
+)
 
 
 def test_outlines_are_points_on_each_stroke():
@@ -350,10 +354,15 @@ def test_which_modes_a_machine_was_calibrated_in():
     [
         ("counts", None, 1.0, "unit='counts' needs per_turn"),
         ("deg", 360, 1.0, "unit='deg' has no per_turn"),
-        ("deg", None, 0.0175, r"the drives read 359.039 a turn, by the ratio of the machine: deg could"),
+        (
+            "deg",
+            None,
+            0.0175,
+            r"the drives read 359.039 a turn, by the ratio of the machine: deg could",
+        ),
         ("mm", -1, 1.0, "mm per turn must be"),
     ],
-)  # fmt: skip
+)
 def test_units_that_could_be_two_things(unit, per_turn, ratio, words):
     with pytest.raises(ValueError, match=words):
         fb.Machine(ROBOT, ratio=(ratio, -ratio)).scale(unit, per_turn)

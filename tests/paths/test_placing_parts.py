@@ -27,12 +27,18 @@ def room():
 def points(room):
     rng = np.random.default_rng(6)
     size = room.high - room.low
-    return room.low + size.real * rng.uniform(-0.1, 1.1, 300) + 1j * size.imag * rng.uniform(-0.1, 1.1, 300)  # fmt: skip
+    return (
+        room.low
+        + size.real * rng.uniform(-0.1, 1.1, 300)
+        + 1j * size.imag * rng.uniform(-0.1, 1.1, 300)
+    )
 
 
 def test_distances_from_an_aspect_and_their_bounds(room, points):
     exact = np.where(room.within(points), 1.0, -1.0) * room.exact(points)
-    locus = fb.locus_distance(ROBOT, np.stack([points.real, points.imag], axis=-1), room.part.working)  # fmt: skip
+    locus = fb.locus_distance(
+        ROBOT, np.stack([points.real, points.imag], axis=-1), room.part.working
+    )
     inside = exact > 0
     assert 50 < inside.sum() < 250
     np.testing.assert_allclose(exact[inside], locus[0][inside], atol=1e-9)
@@ -73,15 +79,25 @@ def test_distances_beyond_corners_of_the_border(room):
     corners = np.array([arc.z[0] for arc in loop])
     ways = np.exp(2j * np.pi * np.arange(48) / 48)
     z = (corners[:, None] + 0.02 * ways).ravel()
-    nearest = np.min([np.abs(z[:, None] - room.border[k : k + 500]).min(axis=1) for k in range(0, len(room.border), 500)], axis=0)  # fmt: skip
+    nearest = np.min(
+        [
+            np.abs(z[:, None] - room.border[k : k + 500]).min(axis=1)
+            for k in range(0, len(room.border), 500)
+        ],
+        axis=0,
+    )
     rough, _ = room.rough(z)
     assert np.abs(np.abs(rough) - nearest).max() < room.spacing
 
 
 @pytest.mark.parametrize(
-    "piece", [Line((0, 0), (0.01, 0.02)), Arc((0.01, 0), 0.02, 0.5, -1.0),
-              Polynomial([(0, 0), (0.03, 0), (0, 0.02), (-0.01, 0.01)], 0.025)],
-)  # fmt: skip
+    "piece",
+    [
+        Line((0, 0), (0.01, 0.02)),
+        Arc((0.01, 0), 0.02, 0.5, -1.0),
+        Polynomial([(0, 0), (0.03, 0), (0, 0.02), (-0.01, 0.01)], 0.025),
+    ],
+)
 def test_a_path_keeps_the_clearance_of_its_points(room, piece):
     speed, bend = _steepest(piece)
     _, xi_s, xi_ss, _ = piece(np.linspace(0, piece.length, 2001))
@@ -393,7 +409,10 @@ def test_shares_of_an_arc_and_their_rates(low, high):
     change = (_share(x + h, low, high)[0] - _share(x - h, low, high)[0]) / (2 * h)
     np.testing.assert_allclose(rate, change, atol=1e-9)
     ends, slopes = _share(np.array([0.0, 1.0]), low, high)
-    assert ends.tolist() == [0, 1] and slopes.tolist() == [0 if low else (2 if high else 1), 0 if high else (2 if low else 1)]  # fmt: skip
+    assert ends.tolist() == [0, 1] and slopes.tolist() == [
+        0 if low else (2 if high else 1),
+        0 if high else (2 if low else 1),
+    ]
 
 
 def test_boxes_of_pieces():

@@ -121,11 +121,20 @@ def test_a_placement_in_words():
     words = "working (+1, -1), aspect 3, 0.25 m from its boundary"
     assert repr(placed) == f"<Placed: {fb.Placement()!r}, {words}>"
     region = Placed(path, fb.Placement(), other, 0.25, np.zeros(2), 0.26)
-    assert repr(region).endswith("working (-1, -1), region 5, 0.25 m from its boundary, 0.26 m at most>")  # fmt: skip
+    assert repr(region).endswith(
+        "working (-1, -1), region 5, 0.25 m from its boundary, 0.26 m at most>"
+    )
     both = Placed(
-        path, fb.Placement(), part, 0.25, np.zeros(2), None, 2.0, 2.5,
+        path,
+        fb.Placement(),
+        part,
+        0.25,
+        np.zeros(2),
+        None,
+        2.0,
+        2.5,
         ((path, part), (path, other), (path, part)),
-    )  # fmt: skip
+    )
     words = "working (+1, -1), (-1, -1), aspects 3, 5, 0.25 m from its boundary"
     assert repr(both).endswith(f"{words}, scale 2.5 at most>")
 

@@ -142,7 +142,7 @@ LASERS = {
         "%\n(Header)\nM3\nG21 (All units in mm)\nG00 Z5.000000\nG00 X10 Y0\n\nG01 Z-0.125 F100.0(Penetrate)\n"
         "G01 X20 Y0 Z-0.125 F400\nG00 Z5\nG00 X20 Y10\nG01 Z-.1\nG01 X10\nG00 Z5\nM5\nG00 X0.0000 Y0.0000\nM2\n%"
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", LASERS)
@@ -167,9 +167,14 @@ def test_what_is_passed_over_is_listed():
     assert path.length == pytest.approx(0.002) and path.pieces[-1].end[0] == pytest.approx(0.003)
     notes = " | ".join(path.notes)
     for words in (
-        "G54: passed over (line 1)", "M8: passed over (line 2)", "G28: passed over (line 6)", "T word: passed over",
-        "A word: passed over (line 8)", "a move of no length: passed over (line 5)", "G4 P500: read as milliseconds",
-    ):  # fmt: skip
+        "G54: passed over (line 1)",
+        "M8: passed over (line 2)",
+        "G28: passed over (line 6)",
+        "T word: passed over",
+        "A word: passed over (line 8)",
+        "a move of no length: passed over (line 5)",
+        "G4 P500: read as milliseconds",
+    ):
         assert words in notes
     assert path.stops[-1].seconds == 0.5
 
@@ -182,10 +187,16 @@ def test_an_arc_in_moves_that_begin_at_the_origin_is_said():
 
 words = st.lists(
     st.one_of(
-        st.sampled_from("G0 G1 G2 G3 G4 G20 G21 G90 G91 G92 M3 M5 E1 S0 S9 ( ) ; % # = / \n N1 F9 Z-1 Z1".split(" ")),
-        st.builds(lambda c, v: f"{c}{v:.3f}", st.sampled_from("XYIJRPF"), st.floats(-50, 50)), st.text(max_size=3),
-    ), max_size=25,
-)  # fmt: skip
+        st.sampled_from(
+            "G0 G1 G2 G3 G4 G20 G21 G90 G91 G92 M3 M5 E1 S0 S9 ( ) ; % # = / \n N1 F9 Z-1 Z1".split(
+                " "
+            )
+        ),
+        st.builds(lambda c, v: f"{c}{v:.3f}", st.sampled_from("XYIJRPF"), st.floats(-50, 50)),
+        st.text(max_size=3),
+    ),
+    max_size=25,
+)
 
 
 @settings(max_examples=60, deadline=None)

@@ -65,12 +65,17 @@ def test_units_that_contradict():
 @pytest.mark.parametrize(
     "points, message",
     [
-        ([], "no points"), ([(0, 0)], "at least 2 points are needed, not 1"), ([(0, 0), (0, 0)], "nothing is drawn"),
-        (np.zeros((3, 3)), r"points must be \(n, 2\), not \(3, 3\)"), (5, "points .* or a file are needed, not 5"),
-        ([[(0, 0), (1, 1)], [(2, 2)]], "stroke 1: at least 2 points"), ([(0, 0), (np.nan, 1)], "must be finite"),
-        ([[(0, 0), (1, 1)], []], "stroke 1"), ([[1.0, b"\xed", "'"], 2.0], "path: points must be real numbers"),
+        ([], "no points"),
+        ([(0, 0)], "at least 2 points are needed, not 1"),
+        ([(0, 0), (0, 0)], "nothing is drawn"),
+        (np.zeros((3, 3)), r"points must be \(n, 2\), not \(3, 3\)"),
+        (5, "points .* or a file are needed, not 5"),
+        ([[(0, 0), (1, 1)], [(2, 2)]], "stroke 1: at least 2 points"),
+        ([(0, 0), (np.nan, 1)], "must be finite"),
+        ([[(0, 0), (1, 1)], []], "stroke 1"),
+        ([[1.0, b"\xed", "'"], 2.0], "path: points must be real numbers"),
     ],
-)  # fmt: skip
+)
 def test_bad_points(points, message):
     with pytest.raises((ValueError, TypeError), match=message):
         fb.path(points)

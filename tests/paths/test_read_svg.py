@@ -36,15 +36,24 @@ def test_millimetres_y_up_and_the_origin_below():
 @pytest.mark.parametrize(
     "head, end",
     [
-        ('<svg xmlns="http://www.w3.org/2000/svg" width="4in" height="2in" viewBox="0 0 96 48">', (0.1016, 0.0508)),
+        (
+            '<svg xmlns="http://www.w3.org/2000/svg" width="4in" height="2in" viewBox="0 0 96 48">',
+            (0.1016, 0.0508),
+        ),
         ('<svg xmlns="http://www.w3.org/2000/svg" width="96" height="48">', (0.0254, 0.0127)),
         ('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 48">', (0.0254, 0.0127)),
         # The middle of a viewport that is too wide for its box.
-        ('<svg xmlns="http://www.w3.org/2000/svg" width="296mm" height="48mm" viewBox="0 0 96 48">', (0.196, 0.048)),
-        ('<svg xmlns="http://www.w3.org/2000/svg" width="192mm" height="48mm" viewBox="0 0 96 48" '
-         'preserveAspectRatio="none">', (0.192, 0.048)),
+        (
+            '<svg xmlns="http://www.w3.org/2000/svg" width="296mm" height="48mm" viewBox="0 0 96 48">',
+            (0.196, 0.048),
+        ),
+        (
+            '<svg xmlns="http://www.w3.org/2000/svg" width="192mm" height="48mm" viewBox="0 0 96 48" '
+            'preserveAspectRatio="none">',
+            (0.192, 0.048),
+        ),
     ],
-)  # fmt: skip
+)
 def test_units_and_viewports(head, end):
     np.testing.assert_allclose(read('<path d="M1 1 L 96 0"/>', head).pieces[0].end, end, atol=1e-15)
 
@@ -69,9 +78,11 @@ def test_shapes_are_exact():
         and len(rounded.stops) == 2
     )
     for body, length in (
-        ('<polyline points="0,0 3,4 6,0"/>', 0.01), ('<polygon points="0,0 3,0 3,4"/>', 0.012),
-        ('<line x1="1" y1="1" x2="4" y2="5"/>', 0.005), ('<rect width="3" height="4"/>', 0.014),
-    ):  # fmt: skip
+        ('<polyline points="0,0 3,4 6,0"/>', 0.01),
+        ('<polygon points="0,0 3,0 3,4"/>', 0.012),
+        ('<line x1="1" y1="1" x2="4" y2="5"/>', 0.005),
+        ('<rect width="3" height="4"/>', 0.014),
+    ):
         path = read(body)
         assert all(
             isinstance(piece, Line) for piece in path.pieces
@@ -109,15 +120,21 @@ ONE = '<path stroke="black" fill="none" d="M1 1L9 9"/>'
 @pytest.mark.parametrize(
     "body, ends",  # by hand, in mm from the upper left
     [
-        (f'<svg x="10" y="20" width="50" height="40" viewBox="0 0 10 10">{ONE}</svg>', [(19, 24, 51, 56)]),
+        (
+            f'<svg x="10" y="20" width="50" height="40" viewBox="0 0 10 10">{ONE}</svg>',
+            [(19, 24, 51, 56)],
+        ),
         ('<line x1="10%" y1="10%" x2="90%" y2="90%"/>', [(10, 5, 90, 45)]),
         # Only a curve of the same kind before is mirrored: the first handle is where the curve begins.
         ('<path d="M0 0c0 0 4 0 4 0t0 8"/>', [(0, 0, 4, 0), (4, 0, 4, 8)]),
         ('<path d="M0 0Q2 0 4 0S4 8 4 8"/>', [(0, 0, 4, 0), (4, 0, 4, 8)]),
         (f'<path/><path d=""/>{ONE}<path stroke="red"/>', [(1, 1, 9, 9)]),
-        (f'<g visibility="hidden">{ONE}<path style="visibility:visible" d="M1 2H5"/></g>', [(1, 2, 5, 2)]),
+        (
+            f'<g visibility="hidden">{ONE}<path style="visibility:visible" d="M1 2H5"/></g>',
+            [(1, 2, 5, 2)],
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_is_seen_where(body, ends):
     path = read(body)
     drawn = [piece for piece, pen in zip(path.pieces, path.pen) if pen]
@@ -170,10 +187,12 @@ def test_what_is_passed_over_is_listed():
     assert path.length == pytest.approx(0.005)
     for words in (
         "areas are not filled: their outlines are drawn (lines 4, 6)",
-        "<text> is not drawn (line 3)", "<image> is not drawn (line 3)",
-        "stroke-dasharray is not applied (line 4)", "invisible shapes are not drawn (line 5)",
+        "<text> is not drawn (line 3)",
+        "<image> is not drawn (line 3)",
+        "stroke-dasharray is not applied (line 4)",
+        "invisible shapes are not drawn (line 5)",
         "moves of no length passed over (line 6)|move of no length passed over (line 6)",
-    ):  # fmt: skip
+    ):
         assert any(part in notes for part in words.split("|")), words
 
 
@@ -194,15 +213,9 @@ def test_what_is_passed_over_is_listed():
             '<path transform="scale(2)" transform-origin="5 5" d="M0 0H1"/>',
             "line 2: <path>: write its transform",
         ),
-        (
-            '<path transform="rotate(abc)" d="M0 0H1"/>',
-            "line 2: <path>: not a valid transform",
-        ),
+        ('<path transform="rotate(abc)" d="M0 0H1"/>', "line 2: <path>: not a valid transform"),
         ('<path transform="twist(3)" d="M0 0H1"/>', "line 2: <path>: not a valid transform"),
-        (
-            '<path style="transform: scale(2)" d="M0 0H1"/>',
-            "line 2: <path>: write its transform",
-        ),
+        ('<path style="transform: scale(2)" d="M0 0H1"/>', "line 2: <path>: write its transform"),
         ("<path>", "not XML: mismatched tag: line 3"),
         ('<g id="a"><use href="#a"/></g>', "line 2: <use> repeats itself without end"),
         (
@@ -218,9 +231,7 @@ def test_what_is_wrong_is_named_with_its_line(body, message):
 
 
 def test_what_is_no_svg(tmp_path):
-    for text, message in (
-        ("<html/>", "line 1: not an SVG, but <html>"), ("hello", "not XML"),
-    ):  # fmt: skip
+    for text, message in (("<html/>", "line 1: not an SVG, but <html>"), ("hello", "not XML")):
         with pytest.raises(ValueError, match=message):
             fb.path(io.StringIO(text), kind="svg")
     own = '<!DOCTYPE svg [<!ENTITY ns_ai "http://ns.adobe.com/AdobeIllustrator/10.0/">]>'

@@ -97,9 +97,10 @@ def test_random_paths_keep_their_limits_between_nodes_and_are_timed_to_a_thousan
 
 @pytest.mark.deep
 @pytest.mark.parametrize(
-    ("robot", "some"), [(ROBOT, (0, 6, 13, 16)), (ROBOTS["rubbing"][0], (33, 111)), (ELBOWS, (40,))],
+    ("robot", "some"),
+    [(ROBOT, (0, 6, 13, 16)), (ROBOTS["rubbing"][0], (33, 111)), (ELBOWS, (40,))],
     ids=["lab", "rubbing", "with friction in the criterion"],
-)  # fmt: skip
+)
 def test_random_paths_across_type_2_keep_their_limits(robot, some):
     found = timed_at_random(robot, 0.1, (0.03, 0.03), 0.05, range(60) if NIGHTLY else some)
     assert len(found) >= len(some) and sum(motion.crossing.sum() for motion in found) >= len(some)

@@ -30,9 +30,16 @@ CASES = {  # name -> (robot, path, crossings of Type 2)
     "arc across Type 2, with friction": (RUBBING, Path((Arc((0.05, 0.03), 0.04, 1.2, -1.5),)), 1),
     "curve across Type 2": (
         ROBOT,
-        Path((Polynomial.from_bernstein([(0.02, 0.06), (-0.03, 0.03), (-0.06, 0.02), (-0.04, -0.05)], 0.13),)), 1,
+        Path(
+            (
+                Polynomial.from_bernstein(
+                    [(0.02, 0.06), (-0.03, 0.03), (-0.06, 0.02), (-0.04, -0.05)], 0.13
+                ),
+            )
+        ),
+        1,
     ),
-}  # fmt: skip
+}
 
 
 def of_the_place(robot, path, s):
@@ -83,9 +90,11 @@ def by_collocation(robot, path, limit, edges):
     free, none, one = np.full(2 * count, 1e3), np.zeros(2 * count), np.ones(2 * count)
     found = solver(
         x0=np.concatenate([np.full(count + 1, 1e-3), none]),
-        lbx=np.concatenate([np.full(count + 1, rest), -free]), ubx=np.concatenate([most, free]),
-        lbg=np.concatenate([none, -one]), ubg=np.concatenate([none, one]),
-    )  # fmt: skip
+        lbx=np.concatenate([np.full(count + 1, rest), -free]),
+        ubx=np.concatenate([most, free]),
+        lbg=np.concatenate([none, -one]),
+        ubg=np.concatenate([none, one]),
+    )
     assert solver.stats()["success"], solver.stats()["return_status"]
     return float(found["f"]), np.array(found["x"])[: count + 1, 0]
 

@@ -276,7 +276,17 @@ def test_directions_in_which_an_acceleration_is_limited():
 # The lower bound
 
 
-@pytest.mark.parametrize("x0, x1, bent", [(0.3, 0.7, 1.5), (0.2, 0.2, -3.0), (0, 0.5, -0.4), (0.1, 0.2, 1e-9), (0.1, 0.2, 2e-6), (0.1, 0.2, -2e-6)])  # fmt: skip
+@pytest.mark.parametrize(
+    "x0, x1, bent",
+    [
+        (0.3, 0.7, 1.5),
+        (0.2, 0.2, -3.0),
+        (0, 0.5, -0.4),
+        (0.1, 0.2, 1e-9),
+        (0.1, 0.2, 2e-6),
+        (0.1, 0.2, -2e-6),
+    ],
+)
 def test_the_time_over_a_stretch(x0, x1, bent):
     h = 0.4
     slope = (x1 - x0) / h - bent * h
@@ -658,7 +668,11 @@ def test_a_timed_path_by_hand(pace):
     middles = begins + moving / 2
     np.testing.assert_allclose(motion.times[[1, 3, 5]], middles)
     np.testing.assert_allclose(motion.times[[0, 2, 4]], begins)
-    np.testing.assert_allclose(motion.s, np.repeat(np.cumsum([0, *lengths]), 2)[1:] - np.array([0, 1, 0, 1, 0, 1, 0]) * np.repeat(lengths, [2, 2, 3]) / 2)  # fmt: skip
+    np.testing.assert_allclose(
+        motion.s,
+        np.repeat(np.cumsum([0, *lengths]), 2)[1:]
+        - np.array([0, 1, 0, 1, 0, 1, 0]) * np.repeat(lengths, [2, 2, 3]) / 2,
+    )
     xi, xi_dot, xi_ddot = motion(middles)
     for k, piece in enumerate(DRAWING.pieces):
         way = np.subtract(piece.end, piece.start) / lengths[k]
@@ -704,7 +718,9 @@ def test_rows_of_a_timed_path(rate):
     np.testing.assert_allclose(rows[:, 7:9], motion.joints(t)[0], atol=1e-14)
     np.testing.assert_allclose(rows[:, 9:11], motion.joints(t)[1], atol=1e-12)
     np.testing.assert_allclose(rows[:, 11:13], motion.tau(t), atol=1e-15)
-    np.testing.assert_allclose(DRAWING(np.clip(rows[:, 13], 0, DRAWING.length))[0], rows[:, 1:3], atol=1e-12)  # fmt: skip
+    np.testing.assert_allclose(
+        DRAWING(np.clip(rows[:, 13], 0, DRAWING.length))[0], rows[:, 1:3], atol=1e-12
+    )
     assert (rows[:, 14] == motion.pen(t)).all()
     assert '"lower_bound": 0.5' in head and '"speed": 1.0' in head
     with pytest.raises(ValueError, match="to_csv: .* s at 1e.09 Hz"):
@@ -752,7 +768,9 @@ def curved():
     x = np.array([0, 0.02, 0.03, 0])
     bent = np.array([0.0, -8.0, 6.0])
     options = bent, 0.5, np.zeros(4, dtype=bool), x, x, 0.05
-    return TimedPath(fb.FiveBar(), path, (-1, -1), Limits(), np.zeros(3, dtype=int), first, x, *options)  # fmt: skip
+    return TimedPath(
+        fb.FiveBar(), path, (-1, -1), Limits(), np.zeros(3, dtype=int), first, x, *options
+    )
 
 
 def most_used(motion, name):

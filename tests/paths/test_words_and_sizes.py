@@ -49,14 +49,20 @@ def rows(**options):
         (lambda: fb.Placement(turn="left"), "Placement: turn must"),
         (lambda: fb.Placement(scale=-1), "Placement: scale must"),
         (lambda: fb.Placement()(np.nan), "Placement: points"),
-        (lambda: fb.Placement()((1.0, 2.0, 3.0)), r"Placement: points must be \(\*batch, 2\), not \(3,\)"),
+        (
+            lambda: fb.Placement()((1.0, 2.0, 3.0)),
+            r"Placement: points must be \(\*batch, 2\), not \(3,\)",
+        ),
         (lambda: fb.Tool(0), "Tool: leg must"),
         (lambda: fb.Tool(1, "x"), "Tool: along must"),
         (lambda: fb.Tool(1, 0, np.nan), "Tool: across must"),
         (lambda: fb.Tool(1).path(ROBOT, [1, 2]), "Tool: path must"),
         (lambda: fb.Tool(1).path(ROBOT, CORNER, (1, 2)), "Tool: working must"),
         (lambda: fb.Tool(1).pose(ROBOT, (0, 0.1), (1,)), "Tool: working must"),
-        (lambda: fb.Tool(1).pose(ROBOT, (0, 0.1, 0)), r"Tool: point must be \(\*batch, 2\), not \(3,\)"),
+        (
+            lambda: fb.Tool(1).pose(ROBOT, (0, 0.1, 0)),
+            r"Tool: point must be \(\*batch, 2\), not \(3,\)",
+        ),
         (lambda: fb.Tool(1).path(fb.Biglide(), CORNER), "Tool: robot must"),
         (lambda: fb.Machine(1), "Machine: robot must"),
         (lambda: fb.Machine(ROBOT, offset=1), "Machine: offset must"),
@@ -83,7 +89,7 @@ def rows(**options):
         (lambda: Path(CORNER.pieces, dwells={"a": 1}), "Path: s of dwells must"),
         (lambda: Path(CORNER.pieces, tool=1), "Path: tool must"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_argument_is_named_first(call, words):
     with pytest.raises((ValueError, TypeError), match=f"^{words}"):
         call()
@@ -153,8 +159,17 @@ def test_curves_are_fitted_and_blended_alike_in_all_sizes(size):
         other = fitted([curve.moved(0j, size) for curve in plain], size * 1e-4)
         assert [len(each) for each in one] == [len(each) for each in other]
         for small, large in zip(sum(one, []), sum(other, [])):
-            np.testing.assert_allclose(large.coefficients, size * small.coefficients, rtol=1e-9, atol=1e-12 * size)  # fmt: skip
-    path = Path((Line((0, 0), (1, 0)), Line((1, 0), (1, 2)), Arc((0, 2), 1, 0, 2), Line((math.cos(2), 2 + math.sin(2)), (-3, 0))))  # fmt: skip
+            np.testing.assert_allclose(
+                large.coefficients, size * small.coefficients, rtol=1e-9, atol=1e-12 * size
+            )
+    path = Path(
+        (
+            Line((0, 0), (1, 0)),
+            Line((1, 0), (1, 2)),
+            Arc((0, 2), 1, 0, 2),
+            Line((math.cos(2), 2 + math.sin(2)), (-3, 0)),
+        )
+    )
     for curvature in (False, True):
         one = blended(path, 0.01, curvature)
         other = blended(fb.Placement(scale=size)(path), 0.01 * size, curvature)

@@ -144,9 +144,6 @@ def test_margins_of_symbols_serve_as_constraints():
 
     constraints = fb.Constraints(functions={"det A": room})
     largest = []
-    for plan in (
-        fb.plan(ROBOT, *ends, 0.8),
-        fb.plan(ROBOT, *ends, 0.8, constraints=constraints),
-    ):
+    for plan in (fb.plan(ROBOT, *ends, 0.8), fb.plan(ROBOT, *ends, 0.8, constraints=constraints)):
         largest.append(fb.igm(ROBOT, plan(T)[0]).det_A.max())
     assert largest[0] > 0.65 and largest[1] < 0.6307

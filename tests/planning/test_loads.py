@@ -15,9 +15,16 @@ from ..helpers.physics_cases import CASES, robot_of_case
 IRI = robot_of_case(CASES[0])
 LAB = fb.FiveBar(gravity=(0.0, -9.81))
 HEAVY = fb.FiveBar.from_links(
-    0.09, 0.09, 0.09, 0.09, 0.118, {name: 0.1 for name in ("11", "12", "21", "22")}, payload=0.3,
-    gravity=(0.0, -9.81), rotor=(0.001, 0.001),
-)  # fmt: skip
+    0.09,
+    0.09,
+    0.09,
+    0.09,
+    0.118,
+    {name: 0.1 for name in ("11", "12", "21", "22")},
+    payload=0.3,
+    gravity=(0.0, -9.81),
+    rotor=(0.001, 0.001),
+)
 RUBS = fb.FiveBar(fs1=0.005, fs2=0.005, fv1=0.002)
 HOME, ACROSS = (0.09, 0.06796322), (0.05, 0.0)
 

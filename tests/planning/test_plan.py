@@ -104,12 +104,7 @@ def test_defects_between_nodes_shrink_with_their_order(degree):
 
 @pytest.mark.every(2)
 @pytest.mark.parametrize(
-    "options",
-    [
-        dict(degree=3),
-        dict(degree=2, tolerance=5e-3),
-        dict(degree=5),
-    ],
+    "options", [dict(degree=3), dict(degree=2, tolerance=5e-3), dict(degree=5)]
 )
 def test_schemes_agree(options, crossing):
     found = plan(ROBOT, HOME, TASK_2, 4.0, collocation=fb.Collocation(**options))

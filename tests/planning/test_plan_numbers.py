@@ -19,9 +19,15 @@ from ..conftest import UNEQUAL
 ROBOT = fb.FiveBar()
 START, GOAL = (0.05, 0.12), (-0.03, 0.1)
 HEAVY = fb.FiveBar.from_links(
-    0.11, 0.14, 0.08, 0.12, 0.09,
-    {"11": 0.1, "12": 0.08, "21": 0.1, "22": 0.08}, payload=0.2, gravity=(0.0, -9.81),
-)  # fmt: skip
+    0.11,
+    0.14,
+    0.08,
+    0.12,
+    0.09,
+    {"11": 0.1, "12": 0.08, "21": 0.1, "22": 0.08},
+    payload=0.2,
+    gravity=(0.0, -9.81),
+)
 BIGLIDE = fb.Biglide()
 ROUGH = fb.Collocation(intervals=4, tolerance=0.5)
 PLACE = {BIGLIDE: (0.01, 0.2)}

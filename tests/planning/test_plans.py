@@ -77,9 +77,10 @@ def test_csv_round_trip(options, tmp_path):
             row[1:9], np.concatenate([*written(row[0]), written.tau(row[0])]), atol=1e-12
         )
     for name, text, words in (
-        ("a", lines[1:], "line 1: not a file"), ("b", lines[:-1], "rows, its first line"),
+        ("a", lines[1:], "line 1: not a file"),
+        ("b", lines[:-1], "rows, its first line"),
         ("c", lines[:-2], "the times are not those|rows, its first line"),
-    ):  # fmt: skip
+    ):
         (tmp_path / name).write_text("".join(text), encoding="utf-8")
         with pytest.raises(ValueError, match=words):
             plans.Plan.from_csv(tmp_path / name)

@@ -125,9 +125,7 @@ def test_a_cost_is_the_integral_of_its_polynomials(weights):
 
 def test_limits_are_shares_of_their_bounds():
     """Of motors the line through stall torque and largest speed; of torques Bezier points."""
-    limits = dict(
-        torque=(0.1, 0.2), joint_speed=(2.0, 3.0), acceleration=0.7, sin=0.05, det_A=0.2,
-    )  # fmt: skip
+    limits = dict(torque=(0.1, 0.2), joint_speed=(2.0, 3.0), acceleration=0.7, sin=0.05, det_A=0.2)
     program, guess, durations = program_of(problem_of({"effort": 1.0}, **limits))
     program.keep_limits()
     values = [ca.DM(each.T) for each in parts_of(program, program.values(durations, guess))]

@@ -105,15 +105,26 @@ def test_a_polyline_too_dense_for_its_deviation_is_cut_less():
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("t,x,y\n" + "\n".join(f"{10 * k},0.0{k},0" for k in range(12)),
-         r"its steps of 10 could be seconds \(it takes 110 s\) or milliseconds \(0.11 s\)"),
-        ("t,x,y\n" + "\n".join(f"{k},0.0{k % 10},0" for k in range(12)), "its steps of 1 could be seconds"),
-        ("t,x,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(12)), "could be in metres or in millimetres"),
-        ("t,x_mm,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(12)), "x has a unit in its heading, but y has none"),
+        (
+            "t,x,y\n" + "\n".join(f"{10 * k},0.0{k},0" for k in range(12)),
+            r"its steps of 10 could be seconds \(it takes 110 s\) or milliseconds \(0.11 s\)",
+        ),
+        (
+            "t,x,y\n" + "\n".join(f"{k},0.0{k % 10},0" for k in range(12)),
+            "its steps of 1 could be seconds",
+        ),
+        (
+            "t,x,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(12)),
+            "could be in metres or in millimetres",
+        ),
+        (
+            "t,x_mm,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(12)),
+            "x has a unit in its heading, but y has none",
+        ),
         ("t,x (mm),y [mm]\n0,1,2\n1,3\n", "line 3: 2 cells"),
         ("t,x (furlong),y\n0,1,2\n", "line 1: column 'x .furlong.': 'furlong' is none of"),
     ],
-)  # fmt: skip
+)
 def test_units_that_are_not_clear_are_refused(text, message):
     with pytest.raises(ValueError, match=message):
         read(text)

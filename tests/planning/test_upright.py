@@ -17,13 +17,27 @@ from fivebar.planning.problem import Problem, checked_weights
 
 DOWN = (0.0, -9.81)
 HEAVY = fb.FiveBar.from_links(
-    0.09, 0.1, 0.08, 0.09, 0.12,
-    {"11": 0.1, "12": 0.08, "21": 0.1, "22": 0.08}, payload=0.2, gravity=DOWN, rotor=(1e-4, 2e-4),
-)  # fmt: skip
+    0.09,
+    0.1,
+    0.08,
+    0.09,
+    0.12,
+    {"11": 0.1, "12": 0.08, "21": 0.1, "22": 0.08},
+    payload=0.2,
+    gravity=DOWN,
+    rotor=(1e-4, 2e-4),
+)
 LARGE = fb.FiveBar.from_links(
-    0.3, 0.4, 0.3, 0.4, 0.25,
-    {"11": 1.0, "12": 0.8, "21": 1.0, "22": 0.8}, payload=1.0, gravity=DOWN, rotor=(5e-3, 5e-3),
-)  # fmt: skip
+    0.3,
+    0.4,
+    0.3,
+    0.4,
+    0.25,
+    {"11": 1.0, "12": 0.8, "21": 1.0, "22": 0.8},
+    payload=1.0,
+    gravity=DOWN,
+    rotor=(5e-3, 5e-3),
+)
 LAB = fb.FiveBar(gravity=DOWN)
 # Robot, active joints and assembly mode at both ends, duration.
 PAIRS = [
@@ -73,11 +87,20 @@ def test_more_time_makes_no_worse_plan():
 def test_ways_whose_first_motions_take_many_iterations():
     """IPOPT ends before it has converged on any way; near where it ended, it soon does."""
     robot = fb.FiveBar(
-        0.0981445390937392, 0.0781646816256492, 0.0759117010666356, 0.09087456852972432,
-        0.07083033174835218, 0.0017025819880472175, 0.0008271729707202872, 0.4666591579876006,
-        mx11=0.016640922639248275, mx21=0.010140634227101705, zz12=-0.00013280251485127734,
-        zz22=-0.00016237726277091295, gravity=DOWN,
-    )  # fmt: skip
+        0.0981445390937392,
+        0.0781646816256492,
+        0.0759117010666356,
+        0.09087456852972432,
+        0.07083033174835218,
+        0.0017025819880472175,
+        0.0008271729707202872,
+        0.4666591579876006,
+        mx11=0.016640922639248275,
+        mx21=0.010140634227101705,
+        zz12=-0.00013280251485127734,
+        zz22=-0.00016237726277091295,
+        gravity=DOWN,
+    )
     start = fb.dgm(robot, (1.191887, 0.021339), -1)
     goal = fb.dgm(robot, (0.162541, 2.037665), 1)
     plan = fb.plan(robot, start, goal, 2.9945, collocation=fb.Collocation(max_time=120.0))

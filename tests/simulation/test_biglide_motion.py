@@ -27,9 +27,13 @@ def constrained(robot, z, tau):
 
 def integrated(robot, z, tau, duration):
     found = solve_ivp(
-        lambda _, z: np.concatenate([z[4:], constrained(robot, z, tau)[:4]]), (0, duration), z, method="DOP853",
-        rtol=1e-12, atol=1e-14,
-    )  # fmt: skip
+        lambda _, z: np.concatenate([z[4:], constrained(robot, z, tau)[:4]]),
+        (0, duration),
+        z,
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-14,
+    )
     return found.y[:, -1]
 
 

@@ -117,10 +117,16 @@ def test_the_crossing_is_task_2_of_the_lab_across_type_2():
     assert np.abs(plan.tau(t)).max() < 0.05
 
 
-@pytest.mark.parametrize("call, words", [
-    (lambda: case("task-9"), "no case 'task-9'; the known ones are task-1, "),
-    (lambda: case("task-1").simulate("lqr"), "no controller 'lqr'; the known ones are ctc, ctc-stiff, mpc$"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda: case("task-9"), "no case 'task-9'; the known ones are task-1, "),
+        (
+            lambda: case("task-1").simulate("lqr"),
+            "no controller 'lqr'; the known ones are ctc, ctc-stiff, mpc$",
+        ),
+    ],
+)
 def test_unknown_names(call, words):
     with pytest.raises(ValueError, match=words):
         call()

@@ -57,10 +57,17 @@ def test_where_nothing_moves_each_step_may_err_by_the_rounding_of_its_own_torque
             refuse_losses(fb.FiveBar(), rows(energy=energy), tau, CHARTS["auto"], STEP)
 
 
-@pytest.mark.parametrize("robot, drops", [
-    (fb.FiveBar(gravity=(0.0, -9.81)), 0.5 * 9.81 * 0.01), (fb.FiveBar(gravity=(-3.0, 0.0)), 0.0),
-    (fb.FiveBar(fv1=8.0, fv2=2.0), -STEP * (8.0 * (0.3**2 + 1.3**2) + 2.0 * (0.4**2 + 1.4**2)) / 2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "robot, drops",
+    [
+        (fb.FiveBar(gravity=(0.0, -9.81)), 0.5 * 9.81 * 0.01),
+        (fb.FiveBar(gravity=(-3.0, 0.0)), 0.0),
+        (
+            fb.FiveBar(fv1=8.0, fv2=2.0),
+            -STEP * (8.0 * (0.3**2 + 1.3**2) + 2.0 * (0.4**2 + 1.4**2)) / 2,
+        ),
+    ],
+)
 def test_what_falls_gains_and_what_rubs_loses(robot, drops):
     """The balance at rest in the joints: m g h on the way down, by the trapezium what viscous friction takes."""
 

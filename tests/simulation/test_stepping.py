@@ -14,7 +14,11 @@ PERIOD = 0.01
 LOOPS = {
     "computed torque": (ROBOT, fb.ComputedTorque(ROBOT, 100, 20), TASK_1),
     "pd": (ROBOT, fb.PD(ROBOT, 2.0, 0.3), TASK_1),
-    "another robot": (fb.FiveBar(m=0.7, l12=0.095), fb.ComputedTorque(ROBOT, (80, 120), 20), TASK_1),
+    "another robot": (
+        fb.FiveBar(m=0.7, l12=0.095),
+        fb.ComputedTorque(ROBOT, (80, 120), 20),
+        TASK_1,
+    ),
     "biglide": (
         fb.Biglide(),
         fb.ComputedTorque(fb.Biglide(), 100, 20),
@@ -25,7 +29,7 @@ LOOPS = {
         fb.PD(HEAVY, 0.5, 0.05, gravity=True),
         fb.line((0.02, 0.12), (0.03, 0.14), 1.0),
     ),
-}  # fmt: skip
+}
 
 
 def start_of(robot, reference):

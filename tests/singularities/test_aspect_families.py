@@ -60,8 +60,15 @@ def disparate(rng):
 
 
 FAMILIES = (
-    centimetres, millimetres, touching, change_points, nearly_change_points, coaxial, equal_distal_bars, disparate,
-)  # fmt: skip
+    centimetres,
+    millimetres,
+    touching,
+    change_points,
+    nearly_change_points,
+    coaxial,
+    equal_distal_bars,
+    disparate,
+)
 
 
 def robots(family):

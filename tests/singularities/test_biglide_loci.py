@@ -230,10 +230,7 @@ def test_fields_are_named_in_the_robots_words():
     assert fb.singularity_map(fb.FiveBar(), "serial_left", shape=(9, 9)).description.startswith(
         "sin q12, signed"
     )
-    with pytest.raises(
-        ValueError,
-        match="no pose closes at the 9 x 9 nodes .* task space",
-    ):
+    with pytest.raises(ValueError, match="no pose closes at the 9 x 9 nodes .* task space"):
         fb.singularity_map(LAB, window=(1, 2, 0, 1), shape=(9, 9))
     with pytest.raises(ValueError, match="no pose closes at the 9 x 9 nodes .* joint space"):
         fb.singularity_map(LAB, space="joint", window=(1, 2, -2, -1), shape=(9, 9))
@@ -297,8 +294,10 @@ def test_on_the_command_line(tmp_path, capsys):
     assert "aspects are not listed: those of a biglide are strips without ends" in err
     assert cli.main(["map", *robot, "--json", "--space", "joint", "--l1", "0.5"]) == 0
     assert json.loads(capsys.readouterr().out)["aspects"] is None
-    for wrong, words in ((["--l11", "0.1"], "is a biglide robot, with l1, l2"),
-                         (["--d", "9"], "this robot can never close: d = 9 m")):  # fmt: skip
+    for wrong, words in (
+        (["--l11", "0.1"], "is a biglide robot, with l1, l2"),
+        (["--d", "9"], "this robot can never close: d = 9 m"),
+    ):
         assert cli.main(["map", *robot, *wrong]) == 2
         assert words in capsys.readouterr().err
     file = tmp_path / "own.toml"

@@ -139,10 +139,22 @@ def test_zeros_of_many_functions_are_bracketed_in_few_steps():
     def f(k, t):
         assert k.shape == t.shape
         calls.append(len(k))
-        return np.array([
-            t - 0.3, t**3 - 0.001, np.tanh(1e3 * (t - 0.9)), np.expm1(20 * t) - 1e-6, 1 - t + 1, t + 1, t - 2,
-            -1e-12 + 0 * t, 1e-6 - np.expm1(20 * (1 - t)), np.where(t < 0.7, -1.0, 1.0), t**9 - 1e-4, t - 1e-9,
-        ])[k, np.arange(len(k))]  # fmt: skip
+        return np.array(
+            [
+                t - 0.3,
+                t**3 - 0.001,
+                np.tanh(1e3 * (t - 0.9)),
+                np.expm1(20 * t) - 1e-6,
+                1 - t + 1,
+                t + 1,
+                t - 2,
+                -1e-12 + 0 * t,
+                1e-6 - np.expm1(20 * (1 - t)),
+                np.where(t < 0.7, -1.0, 1.0),
+                t**9 - 1e-4,
+                t - 1e-9,
+            ]
+        )[k, np.arange(len(k))]
 
     n = 12
     low, high = np.zeros(n), np.ones(n)

@@ -54,12 +54,19 @@ def wave(t):
     return t + 1j * np.sin(40 * t) / 40, 1 + 1j * np.cos(40 * t)
 
 
-@pytest.mark.parametrize("curve, edges, turning, number, shortest", [
-    (circle, QUARTERS[[0, -1]], 2 * np.pi, 577, 0.0109), (circle, np.array([0.3, 0.30001, 2.0]), 1.7, 197, 2.4e-6),
-    (circle, QUARTERS[[0, -1]] + 0.7, 2 * np.pi, 577, 0.0109), (astroid, QUARTERS, 6.15, 569, 4e-4),
-    (astroid, np.array([0.4, np.pi / 2, 1.7]), 1.29, 194, 6e-5), (looped, np.array([0.0, 2.0]), 2 * np.pi, 918, 9e-7),
-    (step, np.array([0.0, 1.0]), 0.0934, 206, 3.2e-4), (wave, np.array([0.0, 1.0]), 20.2, 1879, 1.8e-4),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "curve, edges, turning, number, shortest",
+    [
+        (circle, QUARTERS[[0, -1]], 2 * np.pi, 577, 0.0109),
+        (circle, np.array([0.3, 0.30001, 2.0]), 1.7, 197, 2.4e-6),
+        (circle, QUARTERS[[0, -1]] + 0.7, 2 * np.pi, 577, 0.0109),
+        (astroid, QUARTERS, 6.15, 569, 4e-4),
+        (astroid, np.array([0.4, np.pi / 2, 1.7]), 1.29, 194, 6e-5),
+        (looped, np.array([0.0, 2.0]), 2 * np.pi, 918, 9e-7),
+        (step, np.array([0.0, 1.0]), 0.0934, 206, 3.2e-4),
+        (wave, np.array([0.0, 1.0]), 20.2, 1879, 1.8e-4),
+    ],
+)
 def test_a_traced_curve_turns_by_less_than_a_degree_from_point_to_point(
     curve, edges, turning, number, shortest
 ):

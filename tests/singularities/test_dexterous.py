@@ -78,9 +78,11 @@ class Slices:
                 if abs(values[k]) < 0.02:
                     sign = -np.sign(values[k + 1] - values[k])
                     best = minimize_scalar(
-                        lambda t, sign=sign: -sign * float(self.rough(float(r), t)), bounds=(grid[k - 1], grid[k + 1]),
-                        method="bounded", options=dict(xatol=1e-10 * step),
-                    ).x  # fmt: skip
+                        lambda t, sign=sign: -sign * float(self.rough(float(r), t)),
+                        bounds=(grid[k - 1], grid[k + 1]),
+                        method="bounded",
+                        options=dict(xatol=1e-10 * step),
+                    ).x
                     grid = np.sort(np.append(grid, best))
             values = self.rough(float(r), grid)
             limits = [a]

@@ -32,8 +32,14 @@ def test_the_room_of_a_point_is_its_distance_from_all():
     wall = polygon(-0.1 + 0.1j, 0.1j)
     part = figure(*loops, punctures=[-0.1 - 0.05j], walls=wall[:1])
     t = np.linspace(0, 2 * np.pi, 40001)
-    around = np.concatenate([0.3 * np.cos(t) + 0.2j * np.sin(t), 0.1 + 0.02 * np.exp(1j * t), [-0.1 - 0.05j],
-                             0.1j - 0.1 * np.linspace(0, 1, 20001)])  # fmt: skip
+    around = np.concatenate(
+        [
+            0.3 * np.cos(t) + 0.2j * np.sin(t),
+            0.1 + 0.02 * np.exp(1j * t),
+            [-0.1 - 0.05j],
+            0.1j - 0.1 * np.linspace(0, 1, 20001),
+        ]
+    )
     z = np.random.default_rng(1).uniform(-0.2, 0.2, (25, 2)) @ (1, 0.6j)
     np.testing.assert_allclose(
         [clearance_at(part, each) for each in z],
@@ -52,8 +58,10 @@ def test_feet_are_what_is_within_and_ends_twice():
     part = figure(polygon(0, 1, 1 + 1j, 1j), punctures=[0.3 + 0.3j])
     feet = _feet(part, 0.1 + 0.2j, 0.25)
     assert [(distance, None if arc is None else arc.z[0]) for distance, arc, _ in feet] == [
-        (pytest.approx(0.1), 1j), (pytest.approx(0.2), 0), (pytest.approx(np.sqrt(0.05)), None),
-    ]  # fmt: skip
+        (pytest.approx(0.1), 1j),
+        (pytest.approx(0.2), 0),
+        (pytest.approx(np.sqrt(0.05)), None),
+    ]
     assert [where for *_, where in feet] == pytest.approx([0.8, 0.1, 0.3 + 0.3j])
     corner = _feet(part, -0.1 - 0.1j, 0.2)
     assert [arc is None for _, arc, _ in corner].count(True) == 2 and len(corner) == 4

@@ -218,8 +218,14 @@ def test_a_locus_that_ends_on_a_circle_does_so_on_the_side_that_its_leg_reaches(
 def test_sides_are_told_apart_on_a_circle_of_a_thousandth_of_the_size_or_a_third_of_the_shortest():
     """One leaves above the real axis and is below it from 0.005 on."""
     crossing = arc(lambda t: (t + 1j * t * (0.005 - t), 1 + 1j * (0.005 - 2 * t)), 0.0, 1.0)
-    for size, length, above in ((1.0, 1.0, True), (4.0, 1.0, True), (6.0, 1.0, False), (10.0, 1.0, False),
-                                (10.0, 0.014, True), (10.0, 0.019, False)):  # fmt: skip
+    for size, length, above in (
+        (1.0, 1.0, True),
+        (4.0, 1.0, True),
+        (6.0, 1.0, False),
+        (10.0, 1.0, False),
+        (10.0, 0.014, True),
+        (10.0, 0.019, False),
+    ):
         sides = [crossing, polygon(0, length, 1j)[0], polygon(0, -1j, 1)[0], polygon(0, 1j, 1)[0]]
         assert cyclic(_around(sides, [0, 1, 2, 3], size), 2) == (
             [2, 1, 0, 3] if above else [2, 0, 1, 3]

@@ -260,9 +260,13 @@ def test_rooms_without_kinks_are_those_with(robot):
     corners = [(x[0], 0.02), (x[1], 0.03), (0.08, y), (-0.07, 0.9 * y)]
     joints = tuple(np.quantile(pose.q, (0.2, 0.9), axis=0).T.tolist())
     for given in (
-        dict(joints=joints), dict(joints=(None, joints[1])), dict(half_planes=[(3, 4, 0.02), (-1, 0.2, -0.1)]),
-        dict(region=corners), dict(region=corners[::-1]), dict(joints=joints, half_planes=[(0, 1, 0.05)]),
-    ):  # fmt: skip
+        dict(joints=joints),
+        dict(joints=(None, joints[1])),
+        dict(half_planes=[(3, 4, 0.02), (-1, 0.2, -0.1)]),
+        dict(region=corners),
+        dict(region=corners[::-1]),
+        dict(joints=joints, half_planes=[(0, 1, 0.05)]),
+    ):
         constraints = fb.Constraints(**given)
         smooth, kept = np.array(constraints.smooth(pose, 0.07)), constraints.satisfied(pose)
         assert 20 < kept.sum() < len(kept) - 20
@@ -390,10 +394,7 @@ def test_what_is_kept_is_told_in_one_way():
     ) == (1.0, 0.5)
     assert fb.Constraints(half_planes=[]).half_planes == () and fb.Constraints(
         joints=((0, 0.5), None)
-    ).joints == (
-        (0.0, 0.5),
-        None,
-    )
+    ).joints == ((0.0, 0.5), None)
     bars = fb.LinkCollisions(0.01, (1.0, 2, 1, 2), 1, 2.0)
     assert bars == fb.LinkCollisions(
         (0.01,) * 4, (1, 2, 1, 2), 1.0, (2,)

@@ -111,10 +111,7 @@ def test_a_page_has_its_path_and_title(tmp_path):
             "field must be one of parallel, serial_left, .*, not 'determinant'",
         ),
         (dict(space="work"), "must be one of task, joint"),
-        (
-            dict(window=(1, 2, 0, 1)),
-            "the end-effector reaches .-0.121, 0.121, -0.170",
-        ),
+        (dict(window=(1, 2, 0, 1)), "the end-effector reaches .-0.121, 0.121, -0.170"),
         (dict(window=(0, 1, 2)), "window must be four numbers"),
         *((dict(window=w), "finite min < max") for w in ((1, 0, 0, 1), (1, 1, 0, 1), (0, 1, 1, 1))),
         (dict(window=(0, np.nan, 0, 1)), "finite min < max"),

@@ -22,9 +22,11 @@ def test_an_arc_of_a_circle_is_mirrored_onto_the_arc_that_is_there(cuts):
     (own,) = ellipse(2, 2, 0.3, cuts, circle=(0, 1))
     (image,) = ellipse(2, 2, 0.3, ends, circle=(0, 1))
     others = [
-        *ellipse(1, 1, 0.3, ends, circle=(1, 1)), *ellipse(2, 2, 0.3, (ends[0], ends[1] - 1e-9), circle=(0, 1)),
-        *ellipse(2, 2, 0.3, (ends[0] + 1e-9, ends[1]), circle=(0, 1)), *ellipse(2, 2, 0.3, ends),
-    ]  # fmt: skip
+        *ellipse(1, 1, 0.3, ends, circle=(1, 1)),
+        *ellipse(2, 2, 0.3, (ends[0], ends[1] - 1e-9), circle=(0, 1)),
+        *ellipse(2, 2, 0.3, (ends[0] + 1e-9, ends[1]), circle=(0, 1)),
+        *ellipse(2, 2, 0.3, ends),
+    ]
     mirror = Mirror([*(arc.locus for arc in others), own.locus, image.locus])
     ((found,),) = mirror.loops(((own,),))
     assert found.locus is own.locus if ends == cuts else found.locus is image.locus

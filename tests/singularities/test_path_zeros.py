@@ -79,7 +79,12 @@ WAVE = 2 * np.pi * 2.3 * (SAMPLES - 1)  # more than two waves from sample to sam
         (lambda t: t + 0.3, lambda t: 0 * t + 1, False, []),
         (lambda t: (t - 0.3) * (0.6 - t), lambda t: 0.9 - 2 * t, False, [(0.3, False)]),
         (lambda t: (t - 0.3) ** 2, lambda t: 2 * (t - 0.3), False, [(0.3, True)]),
-        (lambda t: (t - 0.3) ** 2 * (t - 0.7), lambda t: (t - 0.3) * (3 * t - 1.7), False, [(0.3, True), (0.7, False)]),
+        (
+            lambda t: (t - 0.3) ** 2 * (t - 0.7),
+            lambda t: (t - 0.3) * (3 * t - 1.7),
+            False,
+            [(0.3, True), (0.7, False)],
+        ),
         # At a sample, less than 0 by rounding.
         (lambda t: (t - 0.5) ** 2 - 1e-12, lambda t: 2 * (t - 0.5), False, [(0.5, True)]),
         # Arrives at its end, or starts there.
@@ -97,11 +102,15 @@ WAVE = 2 * np.pi * 2.3 * (SAMPLES - 1)  # more than two waves from sample to sam
         (lambda t: np.nan * t, lambda t: np.nan * t, True, []),
         # It jumps.
         (lambda t: np.where(t < 0.3, 0.5, -0.5), lambda t: 0 * t, False, []),
-        (lambda t: 0.999 + np.cos(WAVE * t), lambda t: -WAVE * np.sin(WAVE * t), False,
-         [(np.arccos(-0.999) / WAVE, False)]),
+        (
+            lambda t: 0.999 + np.cos(WAVE * t),
+            lambda t: -WAVE * np.sin(WAVE * t),
+            False,
+            [(np.arccos(-0.999) / WAVE, False)],
+        ),
         (lambda t: 1 + 1e-6 + np.cos(WAVE * t), lambda t: -WAVE * np.sin(WAVE * t), False, []),
     ],
-)  # fmt: skip
+)
 def test_zeros_of_a_margin(f, rate, limit, expected):
     found = list(_zeros(lambda t: (f(t), rate(t)), T, 1e-9, limit))
     assert [zero.touching for zero in found] == [touching for _, touching in expected]

@@ -27,10 +27,16 @@ def figure(*loops, area=np.pi * A * B, point=(0.0, 0.0), clearance=B, punctures=
     """What an outline asks of an aspect."""
     points = np.array(punctures, dtype=complex)
     return SimpleNamespace(
-        boundary=loops, area=area, point=np.array(point), clearance=clearance, punctures=pairs(points), number=1,
+        boundary=loops,
+        area=area,
+        point=np.array(point),
+        clearance=clearance,
+        punctures=pairs(points),
+        number=1,
         polygons=tuple(pairs(np.concatenate([arc.z[:-1] for arc in loop])) for loop in loops),
-        contains=lambda xi: inside(loops, (xi @ (1, 1j)).ravel()).reshape(xi.shape[:-1]), **own,
-    )  # fmt: skip
+        contains=lambda xi: inside(loops, (xi @ (1, 1j)).ravel()).reshape(xi.shape[:-1]),
+        **own,
+    )
 
 
 def oval(margin=0.0, **own):

@@ -126,18 +126,26 @@ def disc(z, center, radius):
 HALF = np.pi / 3  # where unit circles around -0.5 and 0.5 meet
 REGIONS = {  # size, loops, what is inside
     "petals with a hole": lambda: (
-        0.2, (petals(0.2, (0, 1, 2.5, TURN)), backwards(ellipse(0.03, 0.03, 0.15, circle=(1, 1)))),
+        0.2,
+        (petals(0.2, (0, 1, 2.5, TURN)), backwards(ellipse(0.03, 0.03, 0.15, circle=(1, 1)))),
         lambda z: (np.abs(z) < 0.2 * (1 + 0.6 * np.cos(3 * np.angle(z)))) & ~disc(z, 0.15, 0.03),
     ),
     "a lens": lambda: (
-        1, ((*ellipse(1, 1, -0.5, (-HALF, HALF)), *ellipse(1, 1, 0.5, (np.pi - HALF, np.pi + HALF))),),
+        1,
+        ((*ellipse(1, 1, -0.5, (-HALF, HALF)), *ellipse(1, 1, 0.5, (np.pi - HALF, np.pi + HALF))),),
         lambda z: disc(z, -0.5, 1) & disc(z, 0.5, 1),
     ),
     "two discs in one": lambda: (
-        1, ((*ellipse(1, 1, -0.5, (HALF, TURN - HALF)), *ellipse(1, 1, 0.5, (HALF - np.pi, np.pi - HALF))),),
+        1,
+        (
+            (
+                *ellipse(1, 1, -0.5, (HALF, TURN - HALF)),
+                *ellipse(1, 1, 0.5, (HALF - np.pi, np.pi - HALF)),
+            ),
+        ),
         lambda z: disc(z, -0.5, 1) | disc(z, 0.5, 1),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", REGIONS)

@@ -71,9 +71,10 @@ def test_points_are_put_where_the_room_is_0():
     angle = np.linspace(0, 6, 50)
     for sign in (1, -1):
         z, sound = _put(
-            lambda z, sign=sign: sign * (np.abs(z) - 1), (1 + 0.2 * np.sin(5 * angle)) * np.exp(1j * angle),
+            lambda z, sign=sign: sign * (np.abs(z) - 1),
+            (1 + 0.2 * np.sin(5 * angle)) * np.exp(1j * angle),
             0.15 * np.exp(1j * angle),
-        )  # fmt: skip
+        )
         np.testing.assert_array_equal(sound, np.abs(0.2 * np.sin(5 * angle)) < 0.15)
         np.testing.assert_allclose(np.abs(z[sound]), 1, rtol=1e-11)
         np.testing.assert_allclose(np.angle(z * np.exp(-1j * angle)), 0, atol=1e-14)
@@ -199,8 +200,10 @@ def test_an_aspect_with_walls_is_what_is_kept_of_it():
     assert (own.area, own.boundary, len(own.walls)) == (part.area, part.boundary, 3)
     z = np.random.default_rng(1).uniform(-0.1, 0.15, (200, 2)) @ (1, 1j)
     expected = distance_inside(np.array(corners) @ (1, 1j), z) >= 0
-    np.testing.assert_array_equal(own.allowed(z)[part.contains(np.stack([z.real, z.imag], -1))],
-                                  expected[part.contains(np.stack([z.real, z.imag], -1))])  # fmt: skip
+    np.testing.assert_array_equal(
+        own.allowed(z)[part.contains(np.stack([z.real, z.imag], -1))],
+        expected[part.contains(np.stack([z.real, z.imag], -1))],
+    )
     assert satisfied_at(ROBOT, part.working, fb.Constraints(region=corners))(
         np.array(0.02 + 0.06j)
     ).tolist() == [True]

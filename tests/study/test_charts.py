@@ -50,16 +50,19 @@ def measured_order(chart, problem, name, panel, knobs):
 @pytest.mark.parametrize(
     "name, knobs",
     [
-        ("fivebar: order 8, four bars, VM", slice(None)), ("explicit Euler, Python", slice(6)),
-        ("semi-implicit Euler, Python", slice(6)), ("RK4, Python", slice(6)),
-        ("redundant DAE, RK4, Python", slice(6)), ("CasADi collocation, Radau of degree 3", slice(None)),
+        ("fivebar: order 8, four bars, VM", slice(None)),
+        ("explicit Euler, Python", slice(6)),
+        ("semi-implicit Euler, Python", slice(6)),
+        ("RK4, Python", slice(6)),
+        ("redundant DAE, RK4, Python", slice(6)),
+        ("CasADi collocation, Radau of degree 3", slice(None)),
         pytest.param("fivebar: order 8, task chart, compiled", slice(1, 6), marks=pytest.mark.deep),
         pytest.param("fivebar: RK4, four bars, compiled", slice(4, 10, 2), marks=pytest.mark.deep),
         pytest.param("fivebar.simulate: steps of order 8", slice(None), marks=pytest.mark.deep),
         pytest.param("redundant DAE, Baumgarte 10/s", slice(4, 8), marks=pytest.mark.deep),
         pytest.param("redundant DAE, Baumgarte 1/step", slice(3, 7), marks=pytest.mark.deep),
     ],
-)  # fmt: skip
+)
 def test_integrators_have_their_orders(name, knobs, compiler):
     chart = integrators.chart()
     method = chart.method(name)
@@ -149,9 +152,12 @@ def test_single_precision_costs_a_chip_digits_and_saves_it_instructions():
     needs.need("ARM compilers")
     found = chip.chart()
     rows = {
-        (size, hardware): measure(found, chip.ARM, f"{size}, ARM with {hardware} precision", chip.DIRECT, 0.0)
-        for size in ("float", "double") for hardware in ("single", "double")
-    }  # fmt: skip
+        (size, hardware): measure(
+            found, chip.ARM, f"{size}, ARM with {hardware} precision", chip.DIRECT, 0.0
+        )
+        for size in ("float", "double")
+        for hardware in ("single", "double")
+    }
     for (size, hardware), row in rows.items():
         assert row["error"] < (1e-6 if size == "float" else 1e-15), (size, hardware)
     assert rows["double", "single"]["executed"] > 3 * rows["float", "single"]["executed"]

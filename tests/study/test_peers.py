@@ -27,23 +27,29 @@ def test_peers_are_the_same_robot(problem, peers):
     """By their own formulas they come to the same end: the models agree, and what differs is the integration."""
     chart = simulators.chart()
     for name, knob, bound in (
-        ("Pinocchio, order 8, Python", 64, 1e-9), ("MuJoCo tuned, RK4, torque by callback, Python", 400, 1e-3),
-        ("redundant KKT, order 8, VM", 64, 1e-9), ("MuJoCo tuned, RK4, C loop and torque", 400, 1e-3),
-        ("heyoka, Taylor series, C++ loop", 1e-12, 1e-11), ("Pinocchio, order 8, C++ loop", 64, 1e-9),
-        ("Drake's matrices, order 8, Python", 64, 1e-9), ("Drake tuned, bushing, C++ loop", 1e5, 3e-3),
+        ("Pinocchio, order 8, Python", 64, 1e-9),
+        ("MuJoCo tuned, RK4, torque by callback, Python", 400, 1e-3),
+        ("redundant KKT, order 8, VM", 64, 1e-9),
+        ("MuJoCo tuned, RK4, C loop and torque", 400, 1e-3),
+        ("heyoka, Taylor series, C++ loop", 1e-12, 1e-11),
+        ("Pinocchio, order 8, C++ loop", 64, 1e-9),
+        ("Drake's matrices, order 8, Python", 64, 1e-9),
+        ("Drake tuned, bushing, C++ loop", 1e5, 3e-3),
         ("Exudyn as it comes, C++ loop", 1000, 2e-3),
         ("Exudyn tuned, stiff springs, C++ loop", 1e6, 2e-3),
-    ):  # fmt: skip
+    ):
         row = measure(chart, problem, name, knob, 0.0)
         assert row["error"] < bound and row["gap"] < 3e-6, name
 
 
 @pytest.mark.parametrize(
     "name, knobs",
-    [("Drake as it comes, C++ loop", (200, 400)),
-     ("Exudyn as it comes, C++ loop", (200, 400)),
-     ("Pinocchio, semi-implicit Euler, Python", (400, 800))],
-)  # fmt: skip
+    [
+        ("Drake as it comes, C++ loop", (200, 400)),
+        ("Exudyn as it comes, C++ loop", (200, 400)),
+        ("Pinocchio, semi-implicit Euler, Python", (400, 800)),
+    ],
+)
 @pytest.mark.deep
 def test_peers_have_their_orders(name, knobs, peers):
     chart = simulators.chart()

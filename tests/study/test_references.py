@@ -11,8 +11,10 @@ from tests.benchmarks.simulators.motions import DRIVEN, DrivenMotion
 
 def position(robot, q, assembly):
     """Where circles about both elbows meet, by complex numbers."""
-    e1, e2 = (side * mpmath.mpf(robot.d) / 2 + length * mpmath.expj(angle)
-              for side, length, angle in ((-1, robot.l11, q[0]), (1, robot.l21, q[1])))  # fmt: skip
+    e1, e2 = (
+        side * mpmath.mpf(robot.d) / 2 + length * mpmath.expj(angle)
+        for side, length, angle in ((-1, robot.l11, q[0]), (1, robot.l21, q[1]))
+    )
     span = e2 - e1
     cosine = (abs(span) ** 2 + mpmath.mpf(robot.l12) ** 2 - mpmath.mpf(robot.l22) ** 2) / (
         2 * robot.l12 * abs(span)

@@ -40,11 +40,17 @@ def toy_result(tmp_path_factory):
 def test_every_failure_is_a_row_with_a_word(toy_result):
     words = {row["method"]: (row["status"], row["word"]) for row in toy_result.rows}
     assert words == {
-        "<ours> & mine": ("ok", ""), "cruder": ("ok", ""), "astray": ("ok", ""), "nan": ("failed", "nan"),
-        "singular": ("failed", "refused: singular"), "wrong": ("failed", "wrong branch in 23%"),
-        "hangs": ("failed", "timeout, 1.5 s"), "crashes": ("failed", "crashed"), "after the crash": ("ok", ""),
+        "<ours> & mine": ("ok", ""),
+        "cruder": ("ok", ""),
+        "astray": ("ok", ""),
+        "nan": ("failed", "nan"),
+        "singular": ("failed", "refused: singular"),
+        "wrong": ("failed", "wrong branch in 23%"),
+        "hangs": ("failed", "timeout, 1.5 s"),
+        "crashes": ("failed", "crashed"),
+        "after the crash": ("ok", ""),
         "needs more": ("left out", "no C compiler (cc, gcc, clang)"),
-    }  # fmt: skip
+    }
     assert len(toy_result.rows) == 2 * 6 + 4
     assert {"cpu", "numpy", "compiler", "quick"} <= set(toy_result.about)
     assert all(row["seconds"] > 0 for row in toy_result.rows if row["status"] != "left out")

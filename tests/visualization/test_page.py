@@ -22,7 +22,16 @@ from fivebar.visualization.style import readable
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until
-from ..helpers.pages import bars, browser, chain, contrast, download, hover, opened, seen  # noqa: F401  fixtures
+from ..helpers.pages import (  # noqa: F401  fixtures
+    bars,
+    browser,
+    chain,
+    contrast,
+    download,
+    hover,
+    opened,
+    seen,
+)
 
 HOSTILE = '</script></title><script>window.hacked = 1</script><img src=x onerror="hacked = 1">$$x$$ ${1} <!-- "é", \n&amp;'
 LINE = fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)
@@ -155,9 +164,14 @@ def test_keys_move_the_time_and_play(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path, show="q"))
     slider = page.get_by_role("slider", name="time")
     for keys, at in [
-        (["End"], 2000), (["Shift+ArrowLeft"], 1999), (["Home"], 0), (["ArrowRight"] * 3, 15), (["PageUp"], 215),
-        (["Shift+ArrowRight"] * 2, 217), (["PageDown", "PageDown"], 0),
-    ]:  # fmt: skip
+        (["End"], 2000),
+        (["Shift+ArrowLeft"], 1999),
+        (["Home"], 0),
+        (["ArrowRight"] * 3, 15),
+        (["PageUp"], 215),
+        (["Shift+ArrowRight"] * 2, 217),
+        (["PageDown", "PageDown"], 0),
+    ]:
         for key in keys:
             page.keyboard.press(key)
         settle(page)
@@ -308,10 +322,16 @@ def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
     size = np.linalg.norm(run.error, axis=1)
     pose = fb.igm(run.robot, run.xi)
     for title, values in {
-        "t (s)": run.t, "q left (rad)": run.q[:, 0], "q_dot right (rad/s)": run.q_dot[:, 1], "xi y (m)": run.xi[:, 1],
-        "error distance (m)": size, "q_error left (rad)": run.q_error[:, 0], "tau right (N m)": run.tau[:, 1],
-        "energy energy (J)": run.energy, "potential energy (J)": run.potential,
-    }.items():  # fmt: skip
+        "t (s)": run.t,
+        "q left (rad)": run.q[:, 0],
+        "q_dot right (rad/s)": run.q_dot[:, 1],
+        "xi y (m)": run.xi[:, 1],
+        "error distance (m)": size,
+        "q_error left (rad)": run.q_error[:, 0],
+        "tau right (N m)": run.tau[:, 1],
+        "energy energy (J)": run.energy,
+        "potential energy (J)": run.potential,
+    }.items():
         np.testing.assert_array_equal(columns[title], values)
     for title, sines in zip(
         ["left leg", "right leg", "distal bars"], [*pose.sines, pose.det_A], strict=True
@@ -443,8 +463,10 @@ def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa:
     notes = page.locator("#notes").text_content()
     assert "The robots differ." in notes and "The runs differ in time" in notes
     assert [h.split(" (")[0] for h in page.locator("h2").all_text_contents()][:3] == [
-        "tracking error, distance", "motor torques, left", "motor torques, right",
-    ]  # fmt: skip
+        "tracking error, distance",
+        "motor torques, left",
+        "motor torques, right",
+    ]
     for across in (0.3, 0.9):
         hover(page, 1, across)
         k = round(page.evaluate("clock[at]") * 1000)
@@ -663,11 +685,7 @@ def _changed(run, **changes):
             {},
             "the run has 0 samples: a motion needs at least 2",
         ),
-        (
-            lambda run: {"a": run, "b": _changed(run, t=run.t[:1])},
-            {},
-            "the run 'b' has 1 samples",
-        ),
+        (lambda run: {"a": run, "b": _changed(run, t=run.t[:1])}, {}, "the run 'b' has 1 samples"),
         (
             lambda run: _changed(run, t=np.where(run.t == 1, np.nan, run.t)),
             {},

@@ -15,7 +15,16 @@ from fivebar.visualization.style import TYPE_2
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until
-from ..helpers.pages import bars, browser, chain, contrast, download, hover, opened, seen  # noqa: F401  fixtures
+from ..helpers.pages import (  # noqa: F401  fixtures
+    bars,
+    browser,
+    chain,
+    contrast,
+    download,
+    hover,
+    opened,
+    seen,
+)
 
 ROBOTS = {
     "amoro": fb.FiveBar(),
@@ -76,9 +85,15 @@ def test_models_of_the_page_are_those_of_python(opened, tmp_path, name):  # noqa
         np.testing.assert_array_equal(found["closes"], closes)
         margins = fb.singularity_margins(pose)
         for key, expected in {
-            "q": pose.q, "xi": pose.xi, "elbows": pose.elbows, "serial": margins.serial, "parallel": margins.parallel,
-            "transmission": margins.transmission_angle, "working": pose.working, "assembly": pose.assembly,
-        }.items():  # fmt: skip
+            "q": pose.q,
+            "xi": pose.xi,
+            "elbows": pose.elbows,
+            "serial": margins.serial,
+            "parallel": margins.parallel,
+            "transmission": margins.transmission_angle,
+            "working": pose.working,
+            "assembly": pose.assembly,
+        }.items():
             np.testing.assert_allclose(
                 found[key][closes], expected[closes], atol=1e-9, err_msg=f"{code} {key}"
             )
@@ -106,8 +121,13 @@ def test_pointing_at_the_map_shows_the_pose(opened, tmp_path):  # noqa: F811
             own = fb.igm(data.robot, xi, mode)
             cells = page.locator("tbody tr").nth(row).locator("td").all_text_contents()
             margins = fb.singularity_margins(own)
-            expected = [own.assembly, *np.degrees(own.q), *margins.serial, margins.parallel,
-                        np.degrees(margins.transmission_angle)]  # fmt: skip
+            expected = [
+                own.assembly,
+                *np.degrees(own.q),
+                *margins.serial,
+                margins.parallel,
+                np.degrees(margins.transmission_angle),
+            ]
             shown = [float(cell.replace("−", "-")) for cell in cells[1:]]
             decimals = np.array([0, 2, 2, 4, 4, 4, 2])
             assert np.all(np.abs(np.subtract(shown, expected)) <= 0.51 * 10.0**-decimals)
@@ -295,8 +315,10 @@ def test_phone_in_the_dark(opened, tmp_path):  # noqa: F811
     page.touchscreen.tap(box["x"] + box["width"] / 2, box["y"] + 0.3 * box["height"])
     settle(page)
     assert seen(page) and abs(page.evaluate("at[0]")) < 2e-3
-    colours = page.evaluate("['td', 'body', '.state'].map(e => getComputedStyle(document.querySelector(e)))"
-                            ".map(style => [style.color, style.backgroundColor])")  # fmt: skip
+    colours = page.evaluate(
+        "['td', 'body', '.state'].map(e => getComputedStyle(document.querySelector(e)))"
+        ".map(style => [style.color, style.backgroundColor])"
+    )
     paper = colours[1][1]
     assert contrast(colours[0][0], paper) > 7 and contrast(colours[2][0], paper) > 4.5
 

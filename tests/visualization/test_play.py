@@ -282,12 +282,23 @@ def test_in_a_notebooks_frame_a_worker_computes(browser):  # noqa: F811
 
 CLOSED = "l11=0.1&l12=0.1&l21=0.1&l22=0.1&d=0.1"
 BAD = [
-    "#", "#l11", "#x=1", "#l11=0.09&l11=0.09", "#<script>alert(1)</script>", "#__proto__=1",
+    "#",
+    "#l11",
+    "#x=1",
+    "#l11=0.09&l11=0.09",
+    "#<script>alert(1)</script>",
+    "#__proto__=1",
     "#constructor=1&toString=2",
-    "#working=%3Cimg%20src=x%20onerror=alert(1)%3E", "#" + "l11=0.1&" * 400, "#l11=1e999", "#l11=0x10", "#l11=NaN",
-    f"#{CLOSED}&x=0&y=0.1".replace("l11=0.1", "l11=9") + "&working=--", f"#{CLOSED}&x=3&y=3&working=--",
-    f"#{CLOSED}&x=0&y=0.1&working=-", f"#{CLOSED}&x=0&y=0.1".replace("l11=0.1", "l11=0") + "&working=--",
-]  # fmt: skip
+    "#working=%3Cimg%20src=x%20onerror=alert(1)%3E",
+    "#" + "l11=0.1&" * 400,
+    "#l11=1e999",
+    "#l11=0x10",
+    "#l11=NaN",
+    f"#{CLOSED}&x=0&y=0.1".replace("l11=0.1", "l11=9") + "&working=--",
+    f"#{CLOSED}&x=3&y=3&working=--",
+    f"#{CLOSED}&x=0&y=0.1&working=-",
+    f"#{CLOSED}&x=0&y=0.1".replace("l11=0.1", "l11=0") + "&working=--",
+]
 
 
 @pytest.mark.deep

@@ -16,17 +16,42 @@ from ..helpers.playing import LENGTHS
 
 READ, SHOWN = (100_000, 1_000) if os.environ.get("FIVEBAR_NIGHTLY") else (4_000, 20)
 RIGHT = [
-    fb.play(UNEQUAL).fragment, fb.play(fb.ROBOTS["iri-vertical"].robot).fragment, fb.play(linkages.PRINTED).fragment,
+    fb.play(UNEQUAL).fragment,
+    fb.play(fb.ROBOTS["iri-vertical"].robot).fragment,
+    fb.play(linkages.PRINTED).fragment,
     "#linkage=four&values=0.2,0.06,0.16,0.14,0.1,0.02&branch=+&crank=0.5",
     "#linkage=slider_rod&values=0.05,0.15,-0.01&branch=+&crank=0.5",
-]  # fmt: skip
+]
 SHORT = "#linkage=press&values=0.202,0.54,0.25,0.001,0.434&branch=--&crank=-2.9"  # its bar 5 reaches the guide rarely
 PIECES = [
-    *"0123456789.-+e=&#%,<>\"'l", "working=", "l11=", "&d=", "x=0&", "\0", "é", "\ud800", "NaN", "Infinity", "1e-99",
-    "1e99", "0.001", "1000000", "-0", "&branch=-", "press", "slider_crank", "__proto__",
+    *"0123456789.-+e=&#%,<>\"'l",
+    "working=",
+    "l11=",
+    "&d=",
+    "x=0&",
+    "\0",
+    "é",
+    "\ud800",
+    "NaN",
+    "Infinity",
+    "1e-99",
+    "1e99",
+    "0.001",
+    "1000000",
+    "-0",
+    "&branch=-",
+    "press",
+    "slider_crank",
+    "__proto__",
     "%3Cimg%20src=x%20onerror=alert(1)%3E",
-    "&gx=1000", "&fv1=1000000", "&disc=0.001", "&zz1=-1000000", "&m=0", "&mx11=1000000", "&crank=99",
-]  # fmt: skip
+    "&gx=1000",
+    "&fv1=1000000",
+    "&disc=0.001",
+    "&zz1=-1000000",
+    "&m=0",
+    "&mx11=1000000",
+    "&crank=99",
+]
 
 
 def address(rng):

@@ -28,14 +28,32 @@ MOVES = """([kind, branch, values, qs]) => { chooseKind(kind, values, branch); r
 }); }"""
 CRANK_ROCKER, TURNED = (0.2, 0.06, 0.16, 0.14, 0.08, 0.06), (0.1, 0.2, 0.15, 0.13, 0.03, -0.1)
 LINKAGES = [
-    ("four", 1, linkages.FourBar(*CRANK_ROCKER[:4], point=CRANK_ROCKER[4:]), CRANK_ROCKER, "rocker"),
+    (
+        "four",
+        1,
+        linkages.FourBar(*CRANK_ROCKER[:4], point=CRANK_ROCKER[4:]),
+        CRANK_ROCKER,
+        "rocker",
+    ),
     ("four", -1, linkages.FourBar(*TURNED[:4], point=TURNED[4:]), TURNED, "rocker"),
     ("slider_guide", 1, linkages.SliderCrank(0.05, 0.15, 0.02), (0.05, 0.15, 0.02), "slide"),
-    ("slider_crank", 1, linkages.SliderCrank(0.15, 0.05, 0.01, "crank"), (0.15, 0.05, 0.01), "guide"),
+    (
+        "slider_crank",
+        1,
+        linkages.SliderCrank(0.15, 0.05, 0.01, "crank"),
+        (0.15, 0.05, 0.01),
+        "guide",
+    ),
     ("slider_rod", 1, linkages.SliderCrank(0.05, 0.15, 0.01, "rod"), (0.05, 0.15, 0.01), "guide"),
-    ("slider_slider", 1, linkages.SliderCrank(0.2, 0.15, 0.02, "slider"), (0.2, 0.15, 0.02), "slide"),
+    (
+        "slider_slider",
+        1,
+        linkages.SliderCrank(0.2, 0.15, 0.02, "slider"),
+        (0.2, 0.15, 0.02),
+        "slide",
+    ),
     ("press", (-1, -1), linkages.PRESSES["printed"][0], (0.202, 0.54, 0.25, 0.4, 0.434), "S6_down"),
-]  # fmt: skip
+]
 
 
 def test_linkages_move_and_lock_as_in_python(computing):  # noqa: F811
@@ -48,12 +66,20 @@ def test_linkages_move_and_lock_as_in_python(computing):  # noqa: F811
         traced = motion.chain.traced
         output = (
             (motion.angle(out), motion.rate(out), motion.angular_acceleration(out))
-            if out in ("rocker", "guide") else motion.coordinate(out)
-        )  # fmt: skip
-        expected = np.column_stack([
-            motion.position(traced), motion.velocity(traced), motion.acceleration(traced), motion.tangential(traced),
-            motion.normal(traced), *output, motion.transmission_angle(),
-        ])  # fmt: skip
+            if out in ("rocker", "guide")
+            else motion.coordinate(out)
+        )
+        expected = np.column_stack(
+            [
+                motion.position(traced),
+                motion.velocity(traced),
+                motion.acceleration(traced),
+                motion.tangential(traced),
+                motion.normal(traced),
+                *output,
+                motion.transmission_angle(),
+            ]
+        )
         closes = np.isfinite(motion.position(traced)).all(axis=1)
         np.testing.assert_array_equal(found[:, 0], closes)
         np.testing.assert_allclose(
@@ -147,8 +173,13 @@ def test_a_linkage_by_hand_and_by_its_address(page):
         [0.05, 0.15, -0.01],
         0.5,
     ]
-    for bad in ("values=1", address + "&x=1", address.replace("rod", "bar"), address.replace("0.15", "1e99"),
-                address.replace("0.15", "5")):  # fmt: skip
+    for bad in (
+        "values=1",
+        address + "&x=1",
+        address.replace("rod", "bar"),
+        address.replace("0.15", "1e99"),
+        address.replace("0.15", "5"),
+    ):
         visit(page, "#linkage=four&" * (bad == "values=1") + bad)
         assert "not taken" in page.locator("#said").text_content(), bad
 
@@ -243,8 +274,7 @@ def test_two_studies_on_one_page(opened, tmp_path):  # noqa: F811
 
 
 @pytest.mark.parametrize(
-    "address, kind, seed",
-    [("four", "four", 1), ("slider", "slider_guide", 2)],
+    "address, kind, seed", [("four", "four", 1), ("slider", "slider_guide", 2)]
 )
 def test_the_least_transmission_angle_is_exact(computing, address, kind, seed):  # noqa: F811
     """Of random linkages that turn or lock: by the law of cosines, by the height of the crank."""

@@ -69,9 +69,10 @@ def test_loci_are_on_the_exact_curves_with_their_modes(page):
                     if each.kind == kind and mode in each.working
                 )
                 here = sum(
-                    length(rows) for own_kind, signs, rows in own["task"]
+                    length(rows)
+                    for own_kind, signs, rows in own["task"]
                     if own_kind == kind and all(s in (0, -m) for s, m in zip(signs, mode))
-                )  # fmt: skip
+                )
                 assert here == pytest.approx(exact, rel=2e-3, abs=2e-3 * size), (robot, mode, kind)
         exact = sum(length(each.points) for each in loci.task if each.circle)
         assert sum(map(length, own["arcs"])) == pytest.approx(exact, rel=2e-3), robot
@@ -83,9 +84,10 @@ def test_loci_are_on_the_exact_curves_with_their_modes(page):
                     if each.kind == kind and assembly in each.assembly
                 )
                 here = sum(
-                    length(np.unwrap(rows, axis=0)) for type_, own_kind, signs, rows in own["joint"]
+                    length(np.unwrap(rows, axis=0))
+                    for type_, own_kind, signs, rows in own["joint"]
                     if own_kind == kind and (type_ == 2 or signs[2] in (0, -assembly))
-                )  # fmt: skip
+                )
                 assert here == pytest.approx(exact, rel=5e-3, abs=0.05), (robot, assembly, kind)
 
 

@@ -163,10 +163,7 @@ def test_films_play_the_motion(tmp_path, name, codec):
 
 def test_a_film_without_ffmpeg_names_it_and_what_goes_without(run, tmp_path, monkeypatch):
     monkeypatch.setitem(matplotlib.rcParams, "animation.ffmpeg_path", str(tmp_path / "ffmpeg"))
-    with pytest.raises(
-        FileNotFoundError,
-        match=r"\.mp4 is written by the program ffmpeg",
-    ):
+    with pytest.raises(FileNotFoundError, match=r"\.mp4 is written by the program ffmpeg"):
         run.animate(tmp_path / "run.mp4")
     (tmp_path / "ffmpeg").write_text(
         "#!/bin/sh\necho no codec today >&2\nexit 1\n", encoding="utf-8"

@@ -188,10 +188,7 @@ def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
     page = opened(scene, viewport={"width": width, "height": height}, color_scheme=scheme)
     assert page.evaluate(
         "[document.body.scrollWidth <= innerWidth, document.body.scrollHeight <= innerHeight]"
-    ) == [
-        1,
-        1,
-    ]
+    ) == [1, 1]
     for role, name in [
         ("button", "play"),
         ("slider", "time"),

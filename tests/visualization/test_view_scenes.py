@@ -273,9 +273,12 @@ def test_lines_without_ends_are_drawn_where_the_biglide_is():
 def test_crossings_are_found_once_also_on_a_sample():
     t, one = np.array([0.0, 1.0, 3.0, 4.0, 5.0, 6.0]), np.ones(6)
     for sines, expected in [
-        ((3, 1, -1, -2, -2, -2), [2.0]), ((2, 0, -1, -2, -2, -2), [1.0]), ((-2, -1, 0, 1, 2, 2), [3.0]),
-        ((1, np.nan, -1, -1, 1, 1), [4.5]), ((0, 1, 2, 1, 1, 1), []),
-    ]:  # fmt: skip
+        ((3, 1, -1, -2, -2, -2), [2.0]),
+        ((2, 0, -1, -2, -2, -2), [1.0]),
+        ((-2, -1, 0, 1, 2, 2), [3.0]),
+        ((1, np.nan, -1, -1, 1, 1), [4.5]),
+        ((0, 1, 2, 1, 1, 1), []),
+    ]:
         pose = SimpleNamespace(sines=(one, np.array(sines, dtype=float)), det_A=one)
         found = list(crossings(t, pose))
         assert [(when, kind, margin) for when, kind, margin, *_ in found] == [

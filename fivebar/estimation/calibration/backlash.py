@@ -78,12 +78,7 @@ def _by_backlash(found, motor, came):
     ends = []
     for shift in (behind, -behind):
         rows = replace(found.rows, q=found.rows.q + shift)
-        off, _ = residuals(
-            found.p,
-            rows,
-            found.assembly,
-            derive=False,
-        )
+        off, _ = residuals(found.p, rows, found.assembly, derive=False)
         ends.append(off)
     later, earlier = ends
     slope = (later - earlier) / (2 * STEP)

@@ -36,27 +36,13 @@ from .fit import (
     solve_by_loops,
     weighted_by_loops,
 )
-from .measured_robot import (
-    PLACE,
-    UNKNOWNS,
-    length_ok,
-    sizes,
-    values_of,
-)
+from .measured_robot import PLACE, UNKNOWNS, length_ok, sizes, values_of
 from .mistakes import find_mistakes
 from .result import Calibration
 from .rows import rows_of
 from .starts import begin
 
-DEFAULT = (
-    "l11",
-    "l12",
-    "l21",
-    "l22",
-    "d",
-    "offset1",
-    "offset2",
-)
+DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
 
 @takes(
@@ -141,11 +127,7 @@ def calibrate(
     """
     unknown = known_names(unknown)
     p0 = start_values(robot, start)
-    rows = rows_of(
-        data,
-        units,
-        None if weights is None else _relative_weights(weights),
-    )
+    rows = rows_of(data, units, None if weights is None else _relative_weights(weights))
     free = np.array([PLACE[name] for name in unknown])
     relative = weights is not None
     absolute = sigma is not None or (not relative and bool(np.isfinite(rows.sigma).any()))

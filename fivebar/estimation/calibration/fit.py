@@ -10,16 +10,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.optimize import least_squares
 
-from .measured_robot import (
-    PLACE,
-    UNKNOWNS,
-    bars_off,
-    length_ok,
-    place,
-    seen,
-    sines_at,
-    whitening,
-)
+from .measured_robot import PLACE, UNKNOWNS, bars_off, length_ok, place, seen, sines_at, whitening
 from .rows import MeasuredRows
 
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
@@ -84,12 +75,7 @@ class LeastSquares:
         return p
 
 
-def residuals(
-    p: ndarray,
-    rows: MeasuredRows,
-    assembly: ndarray,
-    derive: bool = True,
-) -> tuple:
+def residuals(p: ndarray, rows: MeasuredRows, assembly: ndarray, derive: bool = True) -> tuple:
     """Return predicted minus measured numbers (m,), m, and their derivatives by UNKNOWNS (m, 13).
 
     Rows near Type 2 have the errors of their legs in place of those of their points.
@@ -156,12 +142,7 @@ def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:
     off = []
     for side in (-1, 1):
         assembly = np.full(len(rows), side)
-        own, _ = seen(
-            p,
-            rows.q,
-            assembly,
-            derive=False,
-        )
+        own, _ = seen(p, rows.q, assembly, derive=False)
         missed = np.abs(own - rows.points)
         missed[~known] = 0.0
         points.append(own)
@@ -185,12 +166,7 @@ def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:
 
 def robust_scatter(task: LeastSquares, p: ndarray, assembly: ndarray) -> float:
     """Return the standard deviation of a weighted number, from the rows that p reaches."""
-    missed, _ = residuals(
-        p,
-        task.rows,
-        assembly,
-        derive=False,
-    )
+    missed, _ = residuals(p, task.rows, assembly, derive=False)
     off = missed * task.weight
     reached = np.abs(off[np.isfinite(off)])
     if not len(reached):
@@ -226,10 +202,7 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
 
 
 def solve_by_loops(
-    task: LeastSquares,
-    p: ndarray,
-    assembly: ndarray,
-    scatter: float,
+    task: LeastSquares, p: ndarray, assembly: ndarray, scatter: float
 ) -> tuple[LeastSquares, ndarray, ndarray]:
     """Return the task and `solve`'s answer, rows near Type 2 weighted by that answer."""
     task = weighted_by_loops(task, p, scatter)
@@ -272,12 +245,7 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
         prior = np.diag(task.prior)
 
     def off(z):
-        missed, _ = residuals(
-            task.at(z),
-            task.rows,
-            assembly,
-            derive=False,
-        )
+        missed, _ = residuals(task.at(z), task.rows, assembly, derive=False)
         weighted = missed * task.weight
         return np.concatenate([weighted, prior @ z])
 
@@ -339,11 +307,7 @@ def _polish_within(off, slope, z, held, lowest, highest):
         result[free] = part
         return result
 
-    part = _polish(
-        lambda part: off(whole(part)),
-        lambda part: slope(whole(part))[:, free],
-        z[free],
-    )
+    part = _polish(lambda part: off(whole(part)), lambda part: slope(whole(part))[:, free], z[free])
     polished = whole(part)
     beyond = np.maximum(lowest - polished, polished - highest)
     if beyond.max() <= 0:

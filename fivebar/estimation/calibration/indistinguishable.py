@@ -8,24 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy import ndarray
 
-from .measured_robot import (
-    METRES,
-    PLACE,
-    UNITS,
-    UNKNOWNS,
-    place,
-    seen,
-)
+from .measured_robot import METRES, PLACE, UNITS, UNKNOWNS, place, seen
 
 if TYPE_CHECKING:
     from .result import Calibration
 
 SMALL = 1e-6  # of a null vector's largest entry: taken for 0
-STEP = {
-    "m": (1e-3, "mm"),
-    "rad": (np.pi / 180, "deg"),
-    "": (1.0, ""),
-}
+STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg"), "": (1.0, "")}
 
 
 def plainest(null: ndarray) -> ndarray:
@@ -46,12 +35,7 @@ def plainest(null: ndarray) -> ndarray:
     return rows[np.lexsort((entries.argmax(axis=1), entries.sum(axis=1)))]
 
 
-def combination(
-    vector: ndarray,
-    names: Sequence[str],
-    sizes: ndarray,
-    p: ndarray,
-) -> str:
+def combination(vector: ndarray, names: Sequence[str], sizes: ndarray, p: ndarray) -> str:
     """Return in words what of its unknowns the data do tell; the vector is in units of sizes."""
     steps = {}
     for name, share, size in zip(names, vector, sizes):
@@ -91,10 +75,7 @@ def listed(words) -> str:
 
 
 def weak_combinations(
-    sd: ndarray,
-    vectors: ndarray,
-    names: Sequence[str],
-    sds: dict[str, float],
+    sd: ndarray, vectors: ndarray, names: Sequence[str], sds: dict[str, float]
 ) -> tuple[str, ...]:
     """Return sentences on combinations (k, n) whose standard deviation (k,) is above 0.1 sizes."""
     sentences = []
@@ -135,39 +116,23 @@ def _remedies(found):
     same_modes = (modes[:, None] == noted[None]).all(axis=2).any(axis=1)
     slopes = seen(found.p, q, modes[:, 2])[1]
     for axis in axes:
-        yield (
-            "poses in other places of the same modes would tell",
-            slopes[same_modes, axis],
-        )
+        yield ("poses in other places of the same modes would tell", slopes[same_modes, axis])
     for axis in {0, 1} - axes if axes else ():
-        yield (
-            f"measuring {'xy'[axis]}, too, would tell",
-            slopes[same_modes, axis],
-        )
+        yield (f"measuring {'xy'[axis]}, too, would tell", slopes[same_modes, axis])
     if axes:
-        yield (
-            "poses in other modes, too, would tell",
-            slopes.reshape(-1, len(UNKNOWNS)),
-        )
+        yield ("poses in other modes, too, would tell", slopes.reshape(-1, len(UNKNOWNS)))
     own = np.concatenate([found.p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame
     points, by_robot = seen(own, q, modes[:, 2])
     by_robot[:, :, PLACE["scale"]] = 0.0
     gaps = points - np.roll(points, 1, axis=0)
     along = gaps / np.hypot(*gaps.T)[:, None]
-    ruler = np.einsum(
-        "ni,nij->nj",
-        along,
-        by_robot - np.roll(by_robot, 1, axis=0),
-    )
+    ruler = np.einsum("ni,nij->nj", along, by_robot - np.roll(by_robot, 1, axis=0))
     yield (
         "a distance between two of its points by a ruler (columns distance, to) would tell",
         ruler,
     )
     if not axes:
-        yield (
-            "points x, y in a measuring frame would tell",
-            slopes.reshape(-1, len(UNKNOWNS)),
-        )
+        yield ("points x, y in a measuring frame would tell", slopes.reshape(-1, len(UNKNOWNS)))
 
 
 def _poses(p):

@@ -59,13 +59,7 @@ def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarra
 def mounting_of(machine: Machine) -> dict[str, float]:
     """Return the values of READING and FRAME of a machine, those that are not NEUTRAL."""
     frame = machine.frame
-    values = (
-        *machine.offset,
-        *machine.ratio,
-        *frame.shift,
-        frame.turn,
-        frame.scale,
-    )
+    values = (*machine.offset, *machine.ratio, *frame.shift, frame.turn, frame.scale)
     changed = {}
     for name, value, neutral in zip(READING + FRAME, values, NEUTRAL.tolist()):
         if value != neutral:
@@ -79,11 +73,7 @@ def robot_with(robot: FiveBar, p: ndarray) -> FiveBar:
     return replace(robot, **lengths)
 
 
-def sizes(
-    robot: FiveBar,
-    q: ndarray,
-    names: Sequence[str] = UNKNOWNS,
-) -> ndarray:
+def sizes(robot: FiveBar, q: ndarray, names: Sequence[str] = UNKNOWNS) -> ndarray:
     """Return by how much each unknown moves a point about as far as the others.
 
     The mean bar for lengths, 1 rad for angles, 1 over the largest reading for ratios.
@@ -92,10 +82,7 @@ def sizes(
     largest = np.max(readings, axis=0, initial=0.0)
     ratios = 1 / np.where(largest > 0, largest, 1.0)
     bar = (robot.l11 + robot.l12 + robot.l21 + robot.l22) / 4
-    known = dict.fromkeys(METRES, bar) | {
-        "ratio1": ratios[0],
-        "ratio2": ratios[1],
-    }
+    known = dict.fromkeys(METRES, bar) | {"ratio1": ratios[0], "ratio2": ratios[1]}
     return np.array([known.get(name, 1.0) for name in names])
 
 
@@ -164,13 +151,7 @@ def place(p: ndarray, q: ndarray, assembly: ndarray) -> PlacedPoses:
     span = elbows[:, 1] - elbows[:, 0]
     size = abs(d) + abs(l11) + abs(l21)
     with np.errstate(invalid="ignore", divide="ignore"):
-        dyad = RRR(
-            (span.real, span.imag),
-            l12,
-            l22,
-            -assembly,
-            size,
-        )
+        dyad = RRR((span.real, span.imag), l12, l22, -assembly, size)
         det = np.where(dyad.sine, dyad.sine, np.nan)
         x, y = dyad.first
         left = x + 1j * y
@@ -239,12 +220,7 @@ def unframe(p: ndarray, z: ndarray) -> ndarray:
     return (z - origin) * rotation_back / scale
 
 
-def seen(
-    p: ndarray,
-    q: ndarray,
-    assembly: ndarray,
-    derive: bool = True,
-) -> tuple:
+def seen(p: ndarray, q: ndarray, assembly: ndarray, derive: bool = True) -> tuple:
     """Return points in the measuring frame (n, 2) and their derivatives by UNKNOWNS (n, 2, 13).
 
     Without `derive` the derivatives are None.

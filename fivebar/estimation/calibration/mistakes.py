@@ -16,15 +16,7 @@ from ...base.backend import wrap
 from .fit import LeastSquares
 from .measured_robot import PLACE, bars_off, sines_at
 from .rows import MeasuredRows
-from .starts import (
-    SUSPECT,
-    begin,
-    doubt,
-    first,
-    median_error,
-    radians_per_count,
-    settled,
-)
+from .starts import SUSPECT, begin, doubt, first, median_error, radians_per_count, settled
 
 DEG = np.pi / 180
 FALLS = 0.15  # to this share the errors fall where a mistake is found
@@ -78,11 +70,7 @@ def find_mistakes(task: LeastSquares, sigma: float) -> tuple[list[str], LeastSqu
     p = begin(task, far=False)
     if doubt(task, p) >= limit:
         changes = POINTS | READINGS | _counts(task)
-        found, task = _wrong_columns(
-            task,
-            p,
-            {(words,): [f] for words, f in changes.items()},
-        )
+        found, task = _wrong_columns(task, p, {(words,): [f] for words, f in changes.items()})
         p = begin(task)
     if not found and doubt(task, p) >= limit:  # far offsets are likelier than two mistakes
         pairs: dict[tuple, list] = {}
@@ -115,10 +103,7 @@ def _wrong_columns(task, before, changes):
     """
     tasks = {words: _changed(task, each) for words, each in changes.items()}
     starts = {words: first(each) for words, each in tasks.items()}
-    near = sorted(
-        changes,
-        key=lambda words: doubt(tasks[words], starts[words]),
-    )[:MOST]
+    near = sorted(changes, key=lambda words: doubt(tasks[words], starts[words]))[:MOST]
     ends = {words: settled(tasks[words], starts[words]) for words in near}
     doubts = {words: doubt(tasks[words], ends[words]) for words in near}
     least = min(doubts.values())
@@ -157,10 +142,7 @@ def _wrong_modes(task, p, sigma):
     """Return the rows whose modes are others than they note, and the task with the right ones."""
     rows = task.rows
     if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * sigma):
-        return (
-            [],
-            task,
-        )  # of what fits nothing no modes are known
+        return ([], task)  # of what fits nothing no modes are known
     sines = np.nan_to_num(sines_at(p, rows.q, rows.points))
     off = np.full(len(rows), np.inf)
     legs_off, _ = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])

@@ -10,12 +10,7 @@ CHANCE = 0.01  # probability of naming a good row, in all rows together
 FULL = 1e-9  # a row whose leverage leaves less than this is told by itself alone
 
 
-def leave_one_out_error(
-    off: ndarray,
-    left: ndarray,
-    row_of: ndarray,
-    weight: ndarray,
-) -> float:
+def leave_one_out_error(off: ndarray, left: ndarray, row_of: ndarray, weight: ndarray) -> float:
     """Return the RMS, m, with which a fit of all others predicts a row, to first order.
 
     (1 - H_rr)^-1 e_r, with the leverages H = left left'.
@@ -53,11 +48,7 @@ def _rests(left, row_of):
 
 
 def outlying_rows(
-    off: ndarray,
-    jacobian: ndarray,
-    rank: int,
-    row_of: ndarray,
-    absolute: bool,
+    off: ndarray, jacobian: ndarray, rank: int, row_of: ndarray, absolute: bool
 ) -> dict[int, float]:
     """Return outlying rows as {row: p}, of externally studentized residuals, p times the rows.
 

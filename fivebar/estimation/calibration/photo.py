@@ -31,10 +31,7 @@ CUT = 0.02  # of a side, by which a sheet may be cut wrong
 
 
 def crosses_in(
-    photo: ArrayLike,
-    sheet: Sheet,
-    paper: str = "A5",
-    size: ArrayLike | None = None,
+    photo: ArrayLike, sheet: Sheet, paper: str = "A5", size: ArrayLike | None = None
 ) -> np.ndarray:
     """Return where the crosses of a sheet are on its paper (n, 2), m; nan where one is not found.
 
@@ -116,14 +113,7 @@ def _rough_corners(points):
     away = z - z[first]
     third = np.abs(away).argmax()
     side = (away.conj() * away[third]).imag
-    return points[
-        [
-            first,
-            side.argmax(),
-            third,
-            side.argmin(),
-        ]
-    ]
+    return points[[first, side.argmax(), third, side.argmin()]]
 
 
 def _sides(paper, size):
@@ -156,12 +146,7 @@ def _edge(image, start, end, level):
     half = max(BAND * length, 8.0)
     offsets = np.linspace(-half, half, int(8 * half) + 1)
     samples = places[:, None] + offsets[:, None] * across
-    values = map_coordinates(
-        image,
-        np.moveaxis(samples, -1, 0),
-        order=1,
-        mode="nearest",
-    )
+    values = map_coordinates(image, np.moveaxis(samples, -1, 0), order=1, mode="nearest")
     if values[:, 0].mean() > values[:, -1].mean():  # from outside, where the ground is dark
         values = values[:, ::-1]
         offsets = offsets[::-1]
@@ -246,12 +231,7 @@ def _line_through(points):
 def _straightened(image, corners, size, lens):
     """Return the sheet, a pixel for each PIXEL of it, by the perspective of its corners."""
     width, height = size
-    known = [
-        (0.0, 0.0),
-        (width, 0.0),
-        (width, height),
-        (0.0, height),
-    ]
+    known = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
     equations = []
     for (x, y), (row, column) in zip(known, corners):
         equations.append([x, y, 1, 0, 0, 0, -row * x, -row * y])
@@ -259,9 +239,7 @@ def _straightened(image, corners, size, lens):
     unknowns = np.linalg.solve(equations, corners.ravel())
     homography = np.append(unknowns, 1.0).reshape(3, 3)
     x, y = np.meshgrid(
-        np.arange(PIXEL / 2, width, PIXEL),
-        np.arange(PIXEL / 2, height, PIXEL),
-        indexing="ij",
+        np.arange(PIXEL / 2, width, PIXEL), np.arange(PIXEL / 2, height, PIXEL), indexing="ij"
     )
     grid = np.stack([x, y, np.ones_like(x)])
     row, column, scale = np.einsum("ij,jxy->ixy", homography, grid)

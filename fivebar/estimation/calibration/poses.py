@@ -10,20 +10,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy import ndarray
 
-from ...base.backend import (
-    finite_numbers,
-    real_numbers,
-)
-from ...base.checks import (
-    instance,
-    number,
-    one_of,
-    positive,
-    shown,
-    strings,
-    takes,
-    whole,
-)
+from ...base.backend import finite_numbers, real_numbers
+from ...base.checks import instance, number, one_of, positive, shown, strings, takes, whole
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.tables import TextFile, written
@@ -67,10 +55,7 @@ class MeasurementPoses(Plotted):
     unit_sd: ndarray
 
     def __repr__(self) -> str:
-        modes = np.unique(
-            np.column_stack([self.working, self.assembly]),
-            axis=0,
-        )
+        modes = np.unique(np.column_stack([self.working, self.assembly]), axis=0)
         return one_line(
             "MeasurementPoses",
             f"{len(self.q)} poses",
@@ -93,12 +78,7 @@ class MeasurementPoses(Plotted):
 
     def sd(self, sigma: float) -> dict[str, float]:
         """Return the standard deviations to expect of numbers measured to sigma, m."""
-        return dict(
-            zip(
-                self.unknown,
-                (positive(sigma, "sigma") * self.unit_sd).tolist(),
-            )
-        )
+        return dict(zip(self.unknown, (positive(sigma, "sigma") * self.unit_sd).tolist()))
 
     def to_csv(self, path: TextFile) -> None:
         """Write the poses as `calibrate` reads them, with x and y to be filled in.
@@ -110,16 +90,7 @@ class MeasurementPoses(Plotted):
             lines = csv.writer(out)
             lines.writerow(header)
             for k, (q, xi) in enumerate(zip(self.q.tolist(), self.xi.tolist())):
-                lines.writerow(
-                    [
-                        *q,
-                        "",
-                        "",
-                        *self.working[k],
-                        self.assembly[k],
-                        *xi,
-                    ]
-                )
+                lines.writerow([*q, "", "", *self.working[k], self.assembly[k], *xi])
 
 
 @takes(
@@ -197,11 +168,7 @@ def measurement_poses(
     chosen = _exchanged(jacobian, n)
     for _ in range(2 if criterion == "tip" else 0):
         chosen = _for_the_tip(jacobian, chosen)
-    order = _tour(
-        robot,
-        pose.q[chosen],
-        np.column_stack([pose.working, pose.assembly])[chosen],
-    )
+    order = _tour(robot, pose.q[chosen], np.column_stack([pose.working, pose.assembly])[chosen])
     chosen = [chosen[k] for k in order]
     s, tolerance = spectrum(jacobian[chosen].reshape(-1, len(columns)))[1::2]
     if (s <= tolerance).any():
@@ -212,21 +179,11 @@ def measurement_poses(
     modes = pose.working[chosen]
     found = igm(robot, xi, modes)
     sd = size * np.sqrt(np.diag(covariance))
-    return MeasurementPoses(
-        found,
-        (found.q - p[5:7]) / p[7:9],
-        unknown,
-        criterion,
-        worst,
-        sd,
-    )
+    return MeasurementPoses(found, (found.q - p[5:7]) / p[7:9], unknown, criterion, worst, sd)
 
 
 def candidates(
-    robot: FiveBar,
-    margin: float,
-    modes: Sequence,
-    window: Sequence[float] | None,
+    robot: FiveBar, margin: float, modes: Sequence, window: Sequence[float] | None
 ) -> Pose:
     """Return poses on a grid over the workspace in these working modes, off singularities."""
     reach = [robot.l11 + robot.l12, robot.l21 + robot.l22]
@@ -234,10 +191,7 @@ def candidates(
     high = min(robot.d / 2 + reach[1], reach[0] - robot.d / 2)
     whole = low, high, -min(reach), min(reach)
     x_min, x_max, y_min, y_max = whole if window is None else _window(window)
-    x, y = np.meshgrid(
-        np.linspace(x_min, x_max, SIDE),
-        np.linspace(y_min, y_max, SIDE),
-    )
+    x, y = np.meshgrid(np.linspace(x_min, x_max, SIDE), np.linspace(y_min, y_max, SIDE))
     points = np.stack([x.ravel(), y.ravel()], axis=-1)
     kept = []
     for mode in modes:
@@ -335,12 +289,7 @@ def _for_the_tip(jacobian, chosen):
     for slopes in jacobian[chosen]:
         information += slopes.T @ slopes
     worst = np.argsort(-_spread(jacobian, np.linalg.inv(information)))
-    judged = jacobian[
-        np.union1d(
-            worst[:50],
-            np.arange(0, count, max(1, count // 150)),
-        )
-    ]
+    judged = jacobian[np.union1d(worst[:50], np.arange(0, count, max(1, count // 150)))]
     offered = np.union1d(np.arange(0, count, max(1, count // 400)), chosen)
     least = _spread(judged, np.linalg.inv(information)).max()
     flat = judged.reshape(-1, k)

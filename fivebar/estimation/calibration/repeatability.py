@@ -28,10 +28,7 @@ class Repeatability(Plotted):
     def __repr__(self) -> str:
         poses, n = self.points.shape[:2]
         return one_line(
-            "Repeatability",
-            f"{poses} poses",
-            f"{n} cycles",
-            f"RP = {1e3 * self.RP.max():.4g} mm",
+            "Repeatability", f"{poses} poses", f"{n} cycles", f"RP = {1e3 * self.RP.max():.4g} mm"
         )
 
     @cached_property
@@ -79,12 +76,7 @@ class Repeatability(Plotted):
             figures["AP (mm)"] = self.AP
         rows = [["pose", *figures]]
         for k in range(poses):
-            rows.append(
-                [
-                    str(k + 1),
-                    *(f"{1e3 * values[k]:.4f}" for values in figures.values()),
-                ]
-            )
+            rows.append([str(k + 1), *(f"{1e3 * values[k]:.4f}" for values in figures.values())])
         lines = aligned(rows, 0)
         lines.append(
             f"worst RP {1e3 * self.RP.max():.4f} mm, mean + 3 sd of the distances to the barycentre"

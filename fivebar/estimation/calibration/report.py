@@ -25,17 +25,11 @@ def report(found: Calibration) -> str:
     lines = [*_fit(found), "", *_table(found), ""]
     if found.indistinguishable:
         lines.append("not told apart by these data:")
-    sentences = [
-        *found.indistinguishable,
-        *found.weakly_identified,
-    ]
+    sentences = [*found.indistinguishable, *found.weakly_identified]
     lines += [f"- {sentence}" for sentence in sentences] or ["all unknowns are told apart"]
     if found.outliers:
         rows = (f"{where} (p = {p:.1g})" for where, p in found.outliers.items())
-        lines += [
-            "",
-            f"off all other rows: {', '.join(rows)}",
-        ]
+        lines += ["", f"off all other rows: {', '.join(rows)}"]
     notes = list(found.notes)
     if advised := found.advised_priors:
         words = " ".join(f"{name}={1e3 * sd:.2g}mm" for name, sd in advised.items())
@@ -82,10 +76,7 @@ def _fit(found):
         return lines
     chance = f"chi2 = {found.chi2:.4g} for {found.dof} degrees of freedom, p = {found.p_value:.2g}"
     if found.fits:
-        return [
-            *lines,
-            f"{chance}: the model fits to the sigma given",
-        ]
+        return [*lines, f"{chance}: the model fits to the sigma given"]
     times = np.sqrt(found.chi2 / found.dof)
     return [
         *lines,
@@ -95,17 +86,7 @@ def _fit(found):
 
 
 def _table(found):
-    rows = [
-        [
-            "",
-            "unit",
-            "before",
-            "found",
-            "sd",
-            "95 % from",
-            "to",
-        ]
-    ]
+    rows = [["", "unit", "before", "found", "sd", "95 % from", "to"]]
     intervals = found.intervals()
     for name, value in found.values.items():
         factor, unit = shown_in(name)
@@ -114,22 +95,9 @@ def _table(found):
         digits = 4
         if known and sd > 0:
             digits = int(np.clip(1 - np.floor(np.log10(sd)), 0, 9))
-        numbers = [
-            factor * found.start[PLACE[name]],
-            factor * value,
-        ]
+        numbers = [factor * found.start[PLACE[name]], factor * value]
         if known:
-            numbers += [
-                sd,
-                *(factor * limit for limit in intervals[name]),
-            ]
+            numbers += [sd, *(factor * limit for limit in intervals[name])]
         cells = [f"{number:.{digits}f}" for number in numbers]
-        rows.append(
-            [
-                name,
-                unit,
-                *cells,
-                *([] if known else ["not told", "", ""]),
-            ]
-        )
+        rows.append([name, unit, *cells, *([] if known else ["not told", "", ""])])
     return aligned(rows, 2)

@@ -21,12 +21,7 @@ from ...paths.machine import Machine
 from ...paths.placement import Placement
 from ..saving import read_json, write_json
 from .fit import LeastSquares, loss_slopes, residuals, solve, spectrum
-from .indistinguishable import (
-    combination,
-    plainest,
-    remedy,
-    weak_combinations,
-)
+from .indistinguishable import combination, plainest, remedy, weak_combinations
 from .measured_robot import (
     FRAME,
     LENGTHS,

@@ -9,14 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 
-from ...base.columns import (
-    COUNTS,
-    METRES,
-    NO_UNIT,
-    RADIANS,
-    Quantity,
-    read,
-)
+from ...base.columns import COUNTS, METRES, NO_UNIT, RADIANS, Quantity, read
 from ...base.tables import FilePath, named
 
 MODES = "working1", "working2", "assembly"
@@ -83,10 +76,7 @@ class MeasuredRows:
     @cached_property
     def measured(self) -> tuple:
         """(row, axis) of the measured coordinates, and the rows of the measured distances."""
-        return (
-            *np.nonzero(np.isfinite(self.points)),
-            np.flatnonzero(self.to >= 0),
-        )
+        return (*np.nonzero(np.isfinite(self.points)), np.flatnonzero(self.to >= 0))
 
     @cached_property
     def looped(self) -> tuple:
@@ -112,14 +102,7 @@ class MeasuredRows:
         kept = np.flatnonzero(~out)
         new = np.full(len(self) + 1, -1)
         new[kept] = np.arange(len(kept))
-        arrays = (
-            "q",
-            "points",
-            "working",
-            "assembly",
-            "distance",
-            "sigma",
-        )
+        arrays = ("q", "points", "working", "assembly", "distance", "sigma")
         return replace(
             self,
             **{name: getattr(self, name)[kept] for name in arrays},
@@ -148,10 +131,7 @@ def rows_of(
         if weights is not None:
             columns["sigma"] = 1 / np.sqrt(weights)
         where = tuple(table.where(row) for row in range(n))
-        modes = np.stack(
-            [_modes(columns[name], name, where) for name in MODES],
-            axis=1,
-        )
+        modes = np.stack([_modes(columns[name], name, where) for name in MODES], axis=1)
         rows = MeasuredRows(
             np.stack([columns["q1"], columns["q2"]], axis=1),
             np.stack([columns["x"], columns["y"]], axis=1),
@@ -195,10 +175,7 @@ def _without_useless(rows):
     needed[rows.to[rows.to >= 0]] = True
     empty = ~blind & ~needed
     notes = list(rows.notes)
-    for out, why in (
-        (blind, "without q1 or q2"),
-        (empty, "without x, y or distance"),
-    ):
+    for out, why in ((blind, "without q1 or q2"), (empty, "without x, y or distance")):
         if out.any():
             notes.append(f"left out, {why}: {', '.join(np.array(rows.where)[out])}")
     rows = replace(rows.without(blind | empty), notes=tuple(notes))

@@ -116,9 +116,7 @@ class Sheet:
 
 
 def sheet(
-    machine: Machine | FiveBar,
-    paper: str = "A5",
-    working: tuple[int, int] | None = None,
+    machine: Machine | FiveBar, paper: str = "A5", working: tuple[int, int] | None = None
 ) -> Sheet:
     """Return the test drawing for a machine, on paper, or as large as it fits.
 
@@ -138,67 +136,30 @@ def sheet(
     paper = one_of(*PAPERS)(paper, "sheet: paper")
     size = np.array(PAPERS[paper]) - 2 * BORDER
     width, height = size
-    outline = [
-        (0.0, 0.0),
-        (width, 0.0),
-        (width, height),
-        (0.0, height),
-        (0.0, 0.0),
-    ]
+    outline = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height), (0.0, 0.0)]
     frame = Path(_lines(outline))
     limits = replace(machine.on_poses, clearance=CLEARANCE)
     if working is not None:
         working = modes(2)(working, "sheet: working")
     robot: Any = machine.robot
-    fit = fitted_in(
-        robot,
-        frame,
-        0.0,
-        None,
-        working,
-        limits,
-    )
+    fit = fitted_in(robot, frame, 0.0, None, working, limits)
     working = fit.aspect.working
     scale = min(1.0, fit.scale)
     box = fit.rectangle
-    twice_middle = [
-        box.x_min + box.x_max,
-        box.y_min + box.y_max,
-    ]
+    twice_middle = [box.x_min + box.x_max, box.y_min + box.y_max]
     middle = np.array(twice_middle) / 2
     half = scale * size / 2
     x, y = half - MARK
     columns, rows = GRID
-    grid = np.meshgrid(
-        np.linspace(-x, x, columns),
-        np.linspace(-y, y, rows),
-    )
+    grid = np.meshgrid(np.linspace(-x, x, columns), np.linspace(-y, y, rows))
     crosses = middle + np.stack(grid, axis=-1).reshape(-1, 2)
-    corners = np.array(
-        [
-            (-1, -1),
-            (1, -1),
-            (1, 1),
-            (-1, 1),
-            (-1, -1),
-        ]
-    )
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
     border = middle + half * corners
     mark = crosses[0] + MARK / 2 * corners
     in_frame = machine.frame(crosses)
-    strokes = [
-        machine.frame(border),
-        machine.frame(mark),
-        *_arms(in_frame),
-    ]
+    strokes = [machine.frame(border), machine.frame(mark), *_arms(in_frame)]
     pose = igm(robot, crosses, working)
-    return Sheet(
-        machine,
-        working,
-        in_frame,
-        path=_drawn(strokes),
-        pairs=_telling(robot, pose),
-    )
+    return Sheet(machine, working, in_frame, path=_drawn(strokes), pairs=_telling(robot, pose))
 
 
 def _lines(points):
@@ -254,12 +215,7 @@ def _telling(robot, pose):
     taken = np.zeros(len(ends), dtype=bool)
     while len(chosen) < PAIRS:
         covariance = np.linalg.inv(information)
-        gain = np.einsum(
-            "nk,kl,nl->n",
-            rows,
-            covariance,
-            rows,
-        )
+        gain = np.einsum("nk,kl,nl->n", rows, covariance, rows)
         gain[taken] = -1.0
         cross = len(chosen)
         if cross < len(points):

@@ -9,15 +9,7 @@ from numpy import ndarray
 from scipy.optimize import least_squares
 
 from .fit import LeastSquares, noted_assembly
-from .measured_robot import (
-    PLACE,
-    as_complex,
-    as_pairs,
-    bars_off,
-    place,
-    seen,
-    unframe,
-)
+from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, unframe
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
 TURNS = np.arange(0, 2 * np.pi, np.pi / 4)  # at which what may be turned begins
@@ -95,12 +87,7 @@ def settled(task: LeastSquares, p: ndarray) -> ndarray:
         return values
 
     def off(z):
-        return np.concatenate(
-            [
-                bars_off(moved(z), q, points)[0].ravel() / bar,
-                hold * z,
-            ]
-        )
+        return np.concatenate([bars_off(moved(z), q, points)[0].ravel() / bar, hold * z])
 
     def slope(z):
         _, slopes = bars_off(moved(z), q, points)
@@ -166,12 +153,7 @@ def _framed(task, start):
     noted = noted_assembly(start, rows)
     starts = []
     for side in (-1, 1):
-        p = _laid(
-            rows,
-            start.copy(),
-            free,
-            np.where(noted, noted, side),
-        )
+        p = _laid(rows, start.copy(), free, np.where(noted, noted, side))
         starts.append(_nearer(rows, p, free))
     return starts
 

@@ -11,14 +11,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ...base.backend import finite_numbers, unpack
-from ...base.checks import (
-    instance,
-    not_negative,
-    one_of,
-    shown,
-    takes,
-    whole,
-)
+from ...base.checks import instance, not_negative, one_of, shown, takes, whole
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...models.geometry import Pose, igm
@@ -67,12 +60,7 @@ class TipError(Plotted):
     @cached_property
     def covariance(self) -> ndarray:
         """(n, 2, 2), m^2, to first order: J diag(tolerance^2) J', of even distributions a third."""
-        return np.einsum(
-            "nik,k,njk->nij",
-            self.jacobian,
-            self._variance,
-            self.jacobian,
-        )
+        return np.einsum("nik,k,njk->nij", self.jacobian, self._variance, self.jacobian)
 
     @property
     def _variance(self):
@@ -104,10 +92,7 @@ class TipError(Plotted):
     @cached_property
     def radius(self) -> ndarray:
         """(n,) within which 95 % of all drawn robots are, m; inf where more do not close."""
-        size = np.nan_to_num(
-            np.hypot(*np.moveaxis(self.drawn, 2, 0)),
-            nan=np.inf,
-        )
+        size = np.nan_to_num(np.hypot(*np.moveaxis(self.drawn, 2, 0)), nan=np.inf)
         return np.quantile(size, 0.95, axis=1, method="higher")
 
     @cached_property
@@ -115,11 +100,7 @@ class TipError(Plotted):
         """(n,) farthest error, m, to first order, with every parameter within its tolerance."""
         angle = np.linspace(0, np.pi, 720)
         along = np.stack([np.cos(angle), np.sin(angle)])
-        moves = np.einsum(
-            "nik,id->ndk",
-            self.jacobian * self.tolerances,
-            along,
-        )
+        moves = np.einsum("nik,id->ndk", self.jacobian * self.tolerances, along)
         return np.abs(moves).sum(axis=2).max(axis=1)
 
     @cached_property
@@ -219,22 +200,10 @@ def tip_error(
     drawn = np.empty((len(q), samples, 2))
     for k in range(len(q)):
         readings = np.tile(q[k], (samples, 1))
-        points = seen(
-            robots,
-            readings,
-            np.full(samples, assembly[k]),
-            derive=False,
-        )[0]
+        points = seen(robots, readings, np.full(samples, assembly[k]), derive=False)[0]
         drawn[k] = points - at[k]
     drawn[:, impossible] = np.nan
-    return TipError(
-        pose,
-        names,
-        sizes,
-        jacobian[:, :, columns],
-        drawn,
-        distribution,
-    )
+    return TipError(pose, names, sizes, jacobian[:, :, columns], drawn, distribution)
 
 
 def _points(poses):

@@ -23,12 +23,7 @@ from numpy import ndarray
 from ...models.compiled import minimized
 
 
-def consistent(
-    robot: Any,
-    names: list[str],
-    theta: ndarray,
-    cov: ndarray,
-) -> ndarray:
+def consistent(robot: Any, names: list[str], theta: ndarray, cov: ndarray) -> ndarray:
     """Return the parameters (p,) nearest to theta, by its covariance, that bodies can have."""
     scale = np.maximum(np.abs(theta), np.sqrt(np.diag(cov)))
     p = casadi.SX.sym("p", len(names))
@@ -36,10 +31,7 @@ def consistent(
     weight = np.linalg.pinv(cov / np.outer(scale, scale), hermitian=True)
     chol = np.linalg.cholesky(weight + 1e-12 * np.eye(len(names)))
     objective = casadi.sumsqr(casadi.DM(chol.T) @ (p - casadi.DM(theta / scale)))
-    mass = max(
-        abs(float(theta[names.index("m")])) if "m" in names else robot.m,
-        1e-6,
-    )
+    mass = max(abs(float(theta[names.index("m")])) if "m" in names else robot.m, 1e-6)
     heavy = any(name in own for name in robot.turning_names)
     extra = []
     bounds = []
@@ -65,26 +57,10 @@ def consistent(
         payload = payload - at_end
     bounds.append(payload / mass)
     bounds += [p[k] for k, name in enumerate(names) if name[0] == "f"]
-    problem = {
-        "x": casadi.vertcat(p, *extra),
-        "f": objective,
-        "g": casadi.vertcat(*bounds),
-    }
-    start = np.concatenate(
-        [
-            np.maximum(theta / scale, 0.1),
-            np.tile([0.2, 0.1], len(extra)),
-        ]
-    )
+    problem = {"x": casadi.vertcat(p, *extra), "f": objective, "g": casadi.vertcat(*bounds)}
+    start = np.concatenate([np.maximum(theta / scale, 0.1), np.tile([0.2, 0.1], len(extra))])
     options = {"ipopt.tol": 1e-10}
-    found, stats = minimized(
-        "bodies",
-        problem,
-        options,
-        x0=start,
-        lbg=1e-9,
-        ubg=np.inf,
-    )
+    found, stats = minimized("bodies", problem, options, x0=start, lbg=1e-9, ubg=np.inf)
     if not stats["success"]:
         raise ArithmeticError(
             f"no bodies with these parameters were found: {stats['return_status']}"

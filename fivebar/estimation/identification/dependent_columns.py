@@ -65,20 +65,10 @@ def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> ndarray:
             f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode"
             f" {assembly:+d}"
         )
-    return regressor(
-        robot,
-        q,
-        rng.normal(size=q.shape),
-        rng.normal(size=q.shape),
-        assembly,
-    )
+    return regressor(robot, q, rng.normal(size=q.shape), rng.normal(size=q.shape), assembly)
 
 
-def sentences(
-    robot: Any,
-    folded: dict[int, dict[int, float]],
-    everywhere: bool,
-) -> list[str]:
+def sentences(robot: Any, folded: dict[int, dict[int, float]], everywhere: bool) -> list[str]:
     """Return sentences on the columns that are not told."""
     names = linear_names(robot)
     motion = "no motion of this robot shows" if everywhere else "this log does not show"

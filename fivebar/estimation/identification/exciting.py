@@ -23,16 +23,7 @@ from numpy import ndarray
 from scipy.linalg import null_space
 from scipy.optimize import minimize
 
-from ...base.checks import (
-    modes,
-    number,
-    optional,
-    positive,
-    seconds,
-    strings,
-    takes,
-    whole,
-)
+from ...base.checks import modes, number, optional, positive, seconds, strings, takes, whole
 from ...base.checks import robot as must_be_robot
 from ...base.progress import progress
 from ...base.representation import one_line
@@ -48,10 +39,7 @@ from .identify import sought_names
 from .regressor import linear_names, regressor
 
 SAMPLES = 120  # rows of a motion in the search
-BEST, STEPS = (
-    3,
-    250,
-)  # random shapes that are improved, and trials of each
+BEST, STEPS = (3, 250)  # random shapes that are improved, and trials of each
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -84,10 +72,7 @@ class Excitation(Trajectory):
 
     def __repr__(self) -> str:
         words = self.robot.words
-        rate, torque = (
-            max(self.peaks["rate"]),
-            max(self.peaks["torque"]),
-        )
+        rate, torque = (max(self.peaks["rate"]), max(self.peaks["torque"]))
         return one_line(
             "Excitation",
             f"{self.duration:g} s",
@@ -101,20 +86,9 @@ class Excitation(Trajectory):
         count = int(round(self.duration / positive(step, "step"))) + 1
         t = np.linspace(0.0, self.duration, count)
         xi, xi_dot, _ = self(t)
-        about = {
-            "robot": self.robot.parameters,
-            "working": self.working,
-            "assembly": self.assembly,
-        }
+        about = {"robot": self.robot.parameters, "working": self.working, "assembly": self.assembly}
         rows = np.column_stack([t, xi, xi_dot, self.joints(t)[0]]).tolist()
-        header = (
-            "t",
-            "x",
-            "y",
-            "x_dot",
-            "y_dot",
-            *self.robot.words.joints,
-        )
+        header = ("t", "x", "y", "x_dot", "y_dot", *self.robot.words.joints)
         write(path, "exciting trajectory", about, header, rows)
 
 
@@ -137,28 +111,14 @@ class _Series:
         angle = np.multiply.outer(t, k)
         s = np.sin(angle)
         c = np.cos(angle)
-        waves = (
-            [s, c],
-            [k * c, -k * s],
-            [-k * k * s, -k * k * c],
-        )
+        waves = ([s, c], [k * c, -k * s], [-k * k * s, -k * k * c])
         q, q_dot, q_ddot = (np.concatenate(each, axis=-1) @ self.coefficients.T for each in waves)
         return self.centre + q, q_dot, q_ddot
 
     def __call__(self, t):
         q, q_dot, q_ddot = self.joints(np.asarray(t, dtype=float))
-        acc = dkm2(
-            dkm(dgm(self.robot, q, self.assembly), q_dot),
-            q_ddot,
-        )
-        return np.concatenate(
-            [
-                acc.rates.pose.xi,
-                acc.rates.xi_dot,
-                acc.xi_ddot,
-            ],
-            axis=-1,
-        )
+        acc = dkm2(dkm(dgm(self.robot, q, self.assembly), q_dot), q_ddot)
+        return np.concatenate([acc.rates.pose.xi, acc.rates.xi_dot, acc.xi_ddot], axis=-1)
 
 
 @takes(
@@ -235,27 +195,10 @@ def exciting_trajectory(
     limits = rate, acceleration, torque
     rng = np.random.default_rng(seed)
     with progress(
-        total=starts + BEST * STEPS,
-        desc="exciting",
-        unit=" motions",
-        delay=2,
-        leave=False,
+        total=starts + BEST * STEPS, desc="exciting", unit=" motions", delay=2, leave=False
     ) as bar:
-        search = _Search(
-            robot,
-            period,
-            harmonics,
-            limits,
-            margin,
-            working,
-            assembly,
-            told,
-            bar,
-        )
-        shape = _best(
-            search,
-            [search.random(rng) for _ in range(starts)],
-        )
+        search = _Search(robot, period, harmonics, limits, margin, working, assembly, told, bar)
+        shape = _best(search, [search.random(rng) for _ in range(starts)])
     if shape is None:
         raise ValueError(
             f"no motion was found within these limits, of working modes {working} and assembly mode"
@@ -267,11 +210,7 @@ def exciting_trajectory(
     q, q_dot, q_ddot = series.joints(t)
     pose = dgm(robot, q, assembly)
     tau = inverse_dynamics(dkm2(dkm(pose, q_dot), q_ddot))
-    peaks = {
-        "rate": q_dot,
-        "acceleration": q_ddot,
-        "torque": tau,
-    }
+    peaks = {"rate": q_dot, "acceleration": q_ddot, "torque": tau}
     return Excitation(
         0.0,
         period * cycles,
@@ -303,14 +242,7 @@ def _best(search, shapes):
         return None
     options = {"maxfev": STEPS, "adaptive": True}
     for shape in list(ranked):
-        ranked.append(
-            minimize(
-                search.cost,
-                shape,
-                method="Nelder-Mead",
-                options=options,
-            ).x
-        )
+        ranked.append(minimize(search.cost, shape, method="Nelder-Mead", options=options).x)
     return min(ranked, key=search.cost)
 
 
@@ -320,30 +252,9 @@ class _Search:
     A shape is a centre (2,) and numbers for the coefficients that rest at both ends.
     """
 
-    def __init__(
-        self,
-        robot,
-        period,
-        harmonics,
-        limits,
-        margin,
-        working,
-        assembly,
-        told,
-        bar,
-    ):
-        self.robot, self.period, self.limits, self.margin = (
-            robot,
-            period,
-            limits,
-            margin,
-        )
-        self.working, self.assembly, self.told, self.bar = (
-            working,
-            assembly,
-            told,
-            bar,
-        )
+    def __init__(self, robot, period, harmonics, limits, margin, working, assembly, told, bar):
+        self.robot, self.period, self.limits, self.margin = (robot, period, limits, margin)
+        self.working, self.assembly, self.told, self.bar = (working, assembly, told, bar)
         self.widest = 1.0 if robot.turns else sum(robot.distal)
         k = np.arange(1, harmonics + 1.0)
         self.at_rest = [null_space(row[None]) for row in (k, k * k)]
@@ -367,19 +278,12 @@ class _Search:
         centre = shape[:2]
         rest = shape[2:].reshape(2, -1)
         cut = sines.shape[1]
-        parts = [
-            rest[:, :cut] @ sines.T,
-            rest[:, cut:] @ cosines.T,
-        ]
+        parts = [rest[:, :cut] @ sines.T, rest[:, cut:] @ cosines.T]
         coefficients = np.concatenate(parts, axis=1)
         k = np.tile(np.arange(1, len(sines) + 1), 2)
         size = np.linalg.norm(coefficients / np.sqrt(k))
         return _Series(
-            self.robot,
-            self.assembly,
-            self.period,
-            centre,
-            amplitude * coefficients / size,
+            self.robot, self.assembly, self.period, centre, amplitude * coefficients / size
         )
 
     def keeps(self, q, q_dot, q_ddot):
@@ -391,10 +295,7 @@ class _Search:
         torque = np.inf if self.limits[2] is None else self.limits[2]
         for part in zip(*(np.resize(values, shape) for values in (q, q_dot, q_ddot))):
             (rows,) = self.call(*part)
-            signed = -rows[:, :3] * (
-                self.assembly,
-                *self.working,
-            )
+            signed = -rows[:, :3] * (self.assembly, *self.working)
             if not ((signed >= self.margin).all() and (np.abs(rows[:, 3:]) <= torque).all()):
                 return False
         return True

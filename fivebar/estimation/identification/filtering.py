@@ -46,11 +46,7 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> RegressionR
     width = min(1.5 * cutoff * step, 0.9)
     taps, beta = kaiserord(RIPPLE, width)
     half = taps // 2
-    kernel = firwin(
-        2 * half + 1,
-        min(1.25 * cutoff * step * 2, 0.95),
-        window=("kaiser", beta),
-    )
+    kernel = firwin(2 * half + 1, min(1.25 * cutoff * step * 2, 0.95), window=("kaiser", beta))
     first = -half % down  # so that a kept row is at a sample
     parts = []
     breaks = []
@@ -68,15 +64,7 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> RegressionR
         cover = out[..., -1]
         keep = cover > 0.2
         scale = np.where(keep, 1 / np.sqrt(np.where(keep, cover, 1.0)), 0.0)
-        parts.append(
-            (
-                scale[..., None] * out[..., :-2],
-                scale * out[..., -2],
-                keep,
-                t[at],
-                cover,
-            )
-        )
+        parts.append((scale[..., None] * out[..., :-2], scale * out[..., -2], keep, t[at], cover))
         breaks.append(rows)
         rows += len(at)
     W, tau, keep, t, cover = (np.concatenate(part) for part in zip(*parts))
@@ -92,11 +80,7 @@ def spikes(column: ndarray) -> ndarray:
     known = np.isfinite(column)
     if known.sum() < 7:
         return np.zeros(len(column), dtype=bool)
-    filled = np.interp(
-        np.arange(len(column)),
-        np.flatnonzero(known),
-        column[known],
-    )
+    filled = np.interp(np.arange(len(column)), np.flatnonzero(known), column[known])
     smooth = median_filter(filled, 7, mode="nearest")
     distance = np.abs(filled - smooth)
     limit = max(30.0 * np.median(distance), 0.25 * np.ptp(smooth))

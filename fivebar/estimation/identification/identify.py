@@ -8,35 +8,16 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
-from ...base.checks import (
-    flag,
-    modes,
-    optional,
-    positive,
-    strings,
-    takes,
-)
+from ...base.checks import flag, modes, optional, positive, strings, takes
 from ...base.checks import robot as must_be_robot
 from ...models.geometry import dgm
 from ...models.robots import Robot
 from ..logs.logs import Gauges
 from .bodies import consistent as nearest_bodies
-from .dependent_columns import (
-    EXACT,
-    NEARLY,
-    any_motion,
-    independent,
-    sentences,
-)
+from .dependent_columns import EXACT, NEARLY, any_motion, independent, sentences
 from .filtering import RegressionRows
 from .noisy_columns import bias
-from .regression import (
-    fit,
-    left_out_cost,
-    price,
-    smallest,
-    spread,
-)
+from .regression import fit, left_out_cost, price, smallest, spread
 from .regressor import ladder, linear_names
 from .result import Identification, Validation
 from .samples import log_of, samples
@@ -161,16 +142,7 @@ def identify(
         told, also_unseen = independent(rows.W, base, NEARLY)
         full = fit(rows, told)
     if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
-        explain(
-            robot,
-            logs,
-            assembly,
-            cutoff,
-            columns,
-            known,
-            full.misfit,
-            _impossible,
-        )
+        explain(robot, logs, assembly, cutoff, columns, known, full.misfit, _impossible)
     chosen, last = _smallest_model(robot, rows, told, full)
     out = [k for k, column in enumerate(told) if column not in chosen]
     labels = [names[k] for k in chosen]
@@ -179,15 +151,7 @@ def identify(
         theta = nearest_bodies(robot, labels, theta, last.cov)
     values = dict(zip(labels, theta.tolist()))
     result = _robot(robot, sought, values)
-    cov = (
-        spread(
-            full,
-            [told.index(column) for column in chosen],
-            last,
-        )
-        if out
-        else last.cov
-    )
+    cov = spread(full, [told.index(column) for column in chosen], last) if out else last.cov
     sd = np.sqrt(np.diag(cov))
     whole = known.copy()
     whole[chosen] = theta
@@ -209,12 +173,7 @@ def identify(
         notes=tuple(dict.fromkeys(notes)),
         noise=tuple(last.sigma.tolist()),
         misfit=last.misfit,
-        p_value=float(
-            chi2.sf(
-                left_out_cost(full.theta, full.cov, out),
-                max(len(out), 1),
-            )
-        ),
+        p_value=float(chi2.sf(left_out_cost(full.theta, full.cov, out), max(len(out), 1))),
         cutoff=min(each.cutoff for each in found),
         correlation=cov / np.outer(sd, sd),
         t=rows.t,
@@ -247,12 +206,7 @@ def sought_names(robot: Robot, unknown: Sequence[str] | None) -> tuple[str, ...]
 def _working(robot, first):
     """Return the working modes in which the first log spends most of its time."""
     q = np.concatenate([motion[0] for motion in first.motion])
-    pose = dgm(
-        robot,
-        q[np.isfinite(q).all(axis=1)],
-        first.assembly,
-        unreachable="nan",
-    )
+    pose = dgm(robot, q[np.isfinite(q).all(axis=1)], first.assembly, unreachable="nan")
     return tuple(-1 if np.nanmedian(sine) > 0 else 1 for sine in pose.sines)
 
 
@@ -344,10 +298,7 @@ def _validation(found, rows):
     theta = np.array([getattr(found.robot, name) for name in linear_names(found.given)])
     predicted = rows.W @ theta
     missed = (np.where(rows.counts, rows.tau - predicted, 0.0) ** 2).sum(axis=0)
-    power = np.maximum(
-        (np.where(rows.counts, rows.tau, 0.0) ** 2).sum(axis=0),
-        1e-300,
-    )
+    power = np.maximum((np.where(rows.counts, rows.tau, 0.0) ** 2).sum(axis=0), 1e-300)
     rms = np.sqrt(missed / np.maximum(rows.counts.sum(axis=0), 1))
     return Validation(
         misfit=float(np.sqrt(np.mean(missed / power))),

@@ -31,16 +31,7 @@ def bias(found: list[Samples], columns: list[int], full: RegressionFit) -> ndarr
         for joint, noise in enumerate(sample.noise):
             moved = still.copy()
             moved[:, joint] = noise * noise_gain(sample.step, sample.cutoff)
-            change = (
-                regressor(
-                    sample.robot,
-                    q,
-                    still,
-                    moved,
-                    sample.assembly,
-                )
-                - at_rest
-            )
+            change = regressor(sample.robot, q, still, moved, sample.assembly) - at_rest
             weighted = change[:, :, columns] * weight[:, None]
             inertia += np.einsum("nmp,nmq->pq", weighted, weighted)
     bias = full.cov @ inertia @ full.theta

@@ -77,24 +77,14 @@ def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) ->
     more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), 1.0))
     shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
     misfit = float(np.sqrt(np.mean(shares)))
-    return RegressionFit(
-        theta,
-        bread * np.outer(more, more),
-        residual,
-        sigma,
-        misfit,
-    )
+    return RegressionFit(theta, bread * np.outer(more, more), residual, sigma, misfit)
 
 
 def _solve(flat):
     """Return theta of [W, tau], and R and the scales of W's columns, by QR."""
     scales = np.maximum(np.linalg.norm(flat[:, :-1], axis=0), 1e-300)
     Q, R = np.linalg.qr(flat[:, :-1] / scales)
-    return (
-        np.linalg.solve(R, Q.T @ flat[:, -1]) / scales,
-        R,
-        scales,
-    )
+    return (np.linalg.solve(R, Q.T @ flat[:, -1]) / scales, R, scales)
 
 
 def triangle(flat: ndarray) -> ndarray:
@@ -127,11 +117,7 @@ def price(rows: int, candidates: int) -> float:
 
 
 def smallest(
-    theta: ndarray,
-    cov: ndarray,
-    optional: list[int],
-    each: float,
-    forbidden=(),
+    theta: ndarray, cov: ndarray, optional: list[int], each: float, forbidden=()
 ) -> list[int]:
     """Return the optional columns that the set of lowest cost keeps.
 
@@ -163,13 +149,7 @@ def left_out_cost(theta: ndarray, cov: ndarray, left_out: list[int]) -> float:
     scale = np.sqrt(np.diag(cov)[left_out])
     part = theta[left_out] / scale
     block = cov[np.ix_(left_out, left_out)] / np.outer(scale, scale)
-    return float(
-        part
-        @ cho_solve(
-            cho_factor(block + 1e-12 * np.eye(len(left_out))),
-            part,
-        )
-    )
+    return float(part @ cho_solve(cho_factor(block + 1e-12 * np.eye(len(left_out))), part))
 
 
 def spread(full: RegressionFit, kept: list[int], last: RegressionFit) -> ndarray:
@@ -182,10 +162,5 @@ def spread(full: RegressionFit, kept: list[int], last: RegressionFit) -> ndarray
     """
     whole = full.cov[np.ix_(kept, kept)]
     moved = full.theta[kept] - last.theta
-    scale = np.sqrt(
-        np.maximum(
-            (np.diag(last.cov) + moved**2) / np.diag(whole),
-            1.0,
-        )
-    )
+    scale = np.sqrt(np.maximum((np.diag(last.cov) + moved**2) / np.diag(whole), 1.0))
     return whole * np.outer(scale, scale)

@@ -15,10 +15,7 @@ from ...models.geometry import dgm
 from ...models.kinematics import dkm, dkm2
 from ...models.robots import Biglide, FiveBar, Robot
 
-FEW, BLOCK = (
-    200,
-    2000,
-)  # rows that are evaluated at once, in short motions and in long ones
+FEW, BLOCK = (200, 2000)  # rows that are evaluated at once, in short motions and in long ones
 
 
 LADDER = {
@@ -61,13 +58,7 @@ def _function(robot, assembly, block):
     return casadi.Function("W", [q, q_dot, q_ddot], casadi.cse([W])).map(block)
 
 
-def regressor(
-    robot: Robot,
-    q: ndarray,
-    q_dot: ndarray,
-    q_ddot: ndarray,
-    assembly: int,
-) -> ndarray:
+def regressor(robot: Robot, q: ndarray, q_dot: ndarray, q_ddot: ndarray, assembly: int) -> ndarray:
     """Return W (n, 2, p) of motions (n, 2), columns as `linear_names`; nan where nothing closes.
 
     Of the robot, only lengths and gravity count.

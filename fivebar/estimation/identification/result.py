@@ -36,10 +36,7 @@ class Validation:
 
     def __repr__(self) -> str:
         missed = f"misses {100 * self.misfit:.3g} % of the torque"
-        return one_line(
-            "Validation",
-            f"{missed}, {max(self.ratio):.3g} times the noise",
-        )
+        return one_line("Validation", f"{missed}, {max(self.ratio):.3g} times the noise")
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +111,7 @@ class Identification(Plotted):
         second = ""
         if self.validation is not None:
             second = f"{max(self.validation.ratio):.3g} times the noise in a second run"
-        return one_line(
-            "Identification",
-            " ".join(self.chosen),
-            self._missed(self.misfit),
-            second,
-        )
+        return one_line("Identification", " ".join(self.chosen), self._missed(self.misfit), second)
 
     def _missed(self, misfit):
         return f"misses {100 * misfit:.3g} % of the {self.robot.words.effort}s"
@@ -157,16 +149,8 @@ class Identification(Plotted):
 
     def _unit(self, name):
         words = self.robot.words
-        friction = {
-            "fv": f"{words.effort_unit} s/{words.unit}",
-            "fs": words.effort_unit,
-        }
-        return {
-            "zz": "kg m²",
-            "mx": "kg m",
-            "my": "kg m",
-            **friction,
-        }.get(name[:2], "kg")
+        friction = {"fv": f"{words.effort_unit} s/{words.unit}", "fs": words.effort_unit}
+        return {"zz": "kg m²", "mx": "kg m", "my": "kg m", **friction}.get(name[:2], "kg")
 
     @property
     def table(self) -> dict:

@@ -15,12 +15,7 @@ from ...base.tables import file_or_path
 from ...models.geometry import dgm
 from ...models.robots import Robot
 from ...simulation.run import Run
-from ..logs.derivatives import (
-    HIGHEST,
-    derivatives,
-    half_window,
-    spectrum,
-)
+from ..logs.derivatives import HIGHEST, derivatives, half_window, spectrum
 from ..logs.logs import Gauges, Log, evenly, read_log
 from .filtering import RegressionRows, at_limit, filtered, spikes
 from .regressor import linear_names, regressor
@@ -53,12 +48,7 @@ class Samples:
         return filtered(self.pieces, self.step, self.cutoff)
 
 
-def log_of(
-    source: Any,
-    robot: Robot,
-    units: Mapping | None,
-    gauges: Gauges,
-) -> tuple[Log, bool]:
+def log_of(source: Any, robot: Robot, units: Mapping | None, gauges: Gauges) -> tuple[Log, bool]:
     """Return the Log of a Run, a file or a mapping, and whether its torques are held.
 
     Those of a simulated run are held from each time to the next.
@@ -71,18 +61,11 @@ def log_of(
         raise ValueError(
             f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}"
         )
-    columns = {
-        "t": source.t,
-        "q": source.q,
-        "tau": source.tau,
-    }
+    columns = {"t": source.t, "q": source.q, "tau": source.tau}
     if source.measured is not None and source.measured.rates:
         columns["q_dot"] = source.q_dot
     known = np.isfinite(source.q).all(axis=1)  # gaps are rows of nan
-    log = read_log(
-        {name: values[known] for name, values in columns.items()},
-        robot,
-    )
+    log = read_log({name: values[known] for name, values in columns.items()}, robot)
     return log, source.measured is None
 
 
@@ -91,13 +74,7 @@ def _is_a_run(path):
         return file.read(14) == b"# fivebar run,"
 
 
-def samples(
-    log: Log,
-    held: bool,
-    robot: Robot,
-    assembly: int,
-    cutoff: float | None,
-) -> Samples:
+def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | None) -> Samples:
     """Return the Samples of a log.
 
     `held`: a torque stays from its row to the next. `cutoff`, Hz; None: where the motion sinks into
@@ -142,10 +119,7 @@ def samples(
         limited = at_limit(tau, lowest, highest_tau)
         for out, words in (
             (off, "leave their neighbours"),
-            (
-                limited,
-                "stay at their largest value, as if cut off,",
-            ),
+            (limited, "stay at their largest value, as if cut off,"),
         ):
             rows = np.flatnonzero(out.any(axis=1))
             if len(rows):
@@ -153,24 +127,8 @@ def samples(
                     f"torques {words} in {len(rows)} rows (the first at {t[rows[0]]:.6g} s): these"
                     " rows do not count"
                 )
-        pieces.append(
-            (
-                t,
-                W,
-                tau,
-                good & ~off & ~limited & np.isfinite(tau),
-            )
-        )
-    return Samples(
-        robot,
-        pieces,
-        motion,
-        log.step,
-        cutoff,
-        found.noise,
-        tuple(notes),
-        assembly,
-    )
+        pieces.append((t, W, tau, good & ~off & ~limited & np.isfinite(tau)))
+    return Samples(robot, pieces, motion, log.step, cutoff, found.noise, tuple(notes), assembly)
 
 
 def _even_stretches(log, held, notes):
@@ -179,10 +137,7 @@ def _even_stretches(log, held, notes):
     bridged = 0
     for cut, part in zip(log.cuts, log.stretches[1:]):
         if 0 < cut.missing <= BRIDGED:
-            parts[-1], bridged = (
-                slice(parts[-1].start, part.stop),
-                bridged + 1,
-            )
+            parts[-1], bridged = (slice(parts[-1].start, part.stop), bridged + 1)
         else:
             parts.append(part)
     if bridged:
@@ -238,22 +193,12 @@ def _refuse_still(stretches, noise, robot):
 def _regressors(motion, robot, assembly, n, notes):
     """Return W (n, 2, p) of each stretch, and where (n, 2) a motor's row may count."""
     names = linear_names(robot)
-    rms = np.sqrt(
-        np.nanmean(
-            np.concatenate([q_dot for _, q_dot, _ in motion]) ** 2,
-            axis=0,
-        )
-    )
+    rms = np.sqrt(np.nanmean(np.concatenate([q_dot for _, q_dot, _ in motion]) ** 2, axis=0))
     result = []
     total = near = open_ = 0
     for q, q_dot, q_ddot in motion:
         known = np.isfinite(q).all(axis=1)
-        pose = dgm(
-            robot,
-            np.where(known[:, None], q, 0.0),
-            assembly,
-            unreachable="nan",
-        )
+        pose = dgm(robot, np.where(known[:, None], q, 0.0), assembly, unreachable="nan")
         closes = np.isfinite(pose.xi).all(axis=1)
         singular = closes & (np.abs(np.where(closes, pose.det_A, 0.0)) < SINGULAR)
         total += known.sum()
@@ -261,21 +206,13 @@ def _regressors(motion, robot, assembly, n, notes):
         open_ += (known & ~closes).sum()
         W = regressor(robot, q, q_dot, q_ddot, assembly)
         good = known & closes & ~singular & np.isfinite(W).all(axis=(1, 2))
-        creeps = binary_dilation(
-            ~(np.abs(q_dot) > CREEPING * rms),
-            np.ones((2 * n - 1, 1)),
-        )
+        creeps = binary_dilation(~(np.abs(q_dot) > CREEPING * rms), np.ones((2 * n - 1, 1)))
         for k, name in enumerate(("fs1", "fs2")):
             W[:, k, names.index(name)] = np.sign(np.nan_to_num(q_dot[:, k]))
         result.append((np.nan_to_num(W), good[:, None] & ~creeps))
     open_words = f"{open_} of {total} rows do not close the loop"
     if open_ > 0.02 * total:
-        _refuse_open(
-            np.concatenate([q for q, _, _ in motion]),
-            robot,
-            assembly,
-            open_words,
-        )
+        _refuse_open(np.concatenate([q for q, _, _ in motion]), robot, assembly, open_words)
     if open_:
         notes.append(f"{open_words} of this robot's bars and do not count")
     if near:

@@ -65,11 +65,7 @@ def explain(
             wrong = [f"tau{k + 1}" for k in (0, 1) if signs[k] < 0]
             if wrong:
                 reasons.append(f"the sign of {' and '.join(wrong)} is the other one")
-            tau = np.where(
-                rows.counts,
-                rows.tau * np.array(signs) - rows.W @ known,
-                0.0,
-            )
+            tau = np.where(rows.counts, rows.tau * np.array(signs) - rows.W @ known, 0.0)
             found = fit(rows, told, tau)
             score = found.misfit * (1 + 0.5 * len(reasons))
             if reasons and score < least and not impossible(robot, names, found):
@@ -99,18 +95,11 @@ def _suspicions(robot, assembly, log) -> Iterator[tuple[str, int, Robot, Log]]:
 
 def _exchanged(log, *names):
     pairs = {name: getattr(log, name) for name in names}
-    return replace(
-        log,
-        **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None},
-    )
+    return replace(log, **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None})
 
 
 def beyond_the_model(
-    robot: Robot,
-    sample: Samples,
-    chosen: list[int],
-    theta: ndarray,
-    last: RegressionFit,
+    robot: Robot, sample: Samples, chosen: list[int], theta: ndarray, last: RegressionFit
 ) -> list[str]:
     """Return sentences on what the log shows besides the model.
 
@@ -169,23 +158,11 @@ def _noise(robot, sample):
     """
     used = [counts.any(axis=1) for *_, counts in sample.pieces]
     q = np.concatenate([own[0][rows] for own, rows in zip(sample.motion, used)])
-    M, _ = dynamic_model(
-        dkm(
-            dgm(
-                robot,
-                q[:: max(len(q) // 100, 1)],
-                sample.assembly,
-            ),
-            (0.0, 0.0),
-        )
-    )
+    M, _ = dynamic_model(dkm(dgm(robot, q[:: max(len(q) // 100, 1)], sample.assembly), (0.0, 0.0)))
     by_q = np.array(sample.noise) * noise_gain(sample.step, sample.cutoff)
     tau = max((tau for _, _, tau, _ in sample.pieces), key=len)
     fourth = np.diff(tau[np.isfinite(tau).all(axis=1)], 4, axis=0)
     noise = 0.0
     if len(fourth):
         noise = np.median(np.abs(fourth), axis=0) / 0.6745 / np.sqrt(70.0)
-    return np.hypot(
-        noise * sample.rows.gain,
-        np.sqrt(np.mean(M**2, axis=0)) @ by_q,
-    )
+    return np.hypot(noise * sample.rows.gain, np.sqrt(np.mean(M**2, axis=0)) @ by_q)

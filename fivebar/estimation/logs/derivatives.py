@@ -46,9 +46,7 @@ class Spectrum:
 
 def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
     """Return the Spectrum of the pieces (n, 2) of a motion, in rows `step` s apart."""
-    from scipy.signal import (
-        welch,
-    )  # half a second to load, and a simulated run needs none of it
+    from scipy.signal import welch  # half a second to load, and a simulated run needs none of it
 
     rate = 1 / step
     window = max(16, min(4096, 2 * max(map(len, pieces)) // 8))
@@ -57,13 +55,7 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
     for piece in pieces:
         if len(piece) >= window + 2:
             second = np.diff(piece, 2, axis=0)
-            f, density = welch(
-                second,
-                rate,
-                nperseg=window,
-                axis=0,
-                detrend=False,
-            )
+            f, density = welch(second, rate, nperseg=window, axis=0, detrend=False)
             power = power + len(piece) * density
             weight += len(piece)
     if not weight:
@@ -81,17 +73,9 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
     fast = signal[f > HIGHEST * rate].sum(axis=0) / total
     share = np.cumsum(signal, axis=0) / total
     nearly_all = max(f[np.argmax(column >= 1 - 1e-4)] for column in share.T)
-    cutoff = np.clip(
-        min(1.2 * highest, 4.0 * nearly_all),
-        4 * f[1],
-        HIGHEST * rate,
-    )
+    cutoff = np.clip(min(1.2 * highest, 4.0 * nearly_all), 4 * f[1], HIGHEST * rate)
     noise = np.sqrt(floor * rate / 2)
-    return Spectrum(
-        float(cutoff),
-        (float(noise[0]), float(noise[1])),
-        float(fast.max()),
-    )
+    return Spectrum(float(cutoff), (float(noise[0]), float(noise[1])), float(fast.max()))
 
 
 @lru_cache(maxsize=32)
@@ -152,10 +136,7 @@ def derivatives(
         window = np.arange(-n, n + 1) / n
         first = slice(0, n)
         last = slice(-n, None)
-        for outer, whole in (
-            (first, q[: 2 * n + 1]),
-            (last, q[-2 * n - 1 :]),
-        ):
+        for outer, whole in ((first, q[: 2 * n + 1]), (last, q[-2 * n - 1 :])):
             basis = chebyshev.chebfit(window, whole, DEGREE)
             for order in range(3):
                 slope = chebyshev.chebder(basis, order)

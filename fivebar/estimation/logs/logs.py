@@ -71,11 +71,7 @@ class Log:
     @property
     def stretches(self) -> list[slice]:
         """The rows between the cuts."""
-        edges = [
-            0,
-            *(cut.row for cut in self.cuts),
-            len(self.t),
-        ]
+        edges = [0, *(cut.row for cut in self.cuts), len(self.t)]
         return [slice(a, b) for a, b in zip(edges, edges[1:])]
 
 
@@ -195,20 +191,11 @@ def _clean(table: Columns, pairs, robot):
     rows = np.arange(len(t))
     for good, why in (
         (np.isfinite(t), "without a time"),
-        (
-            np.isfinite(pairs["q"]).all(axis=1),
-            "without both joints' positions",
-        ),
+        (np.isfinite(pairs["q"]).all(axis=1), "without both joints' positions"),
     ):
         rows = _leave_out(table, rows, ~good[rows], f"rows {why}", notes)
     again = np.diff(t[rows], prepend=np.nan) == 0
-    rows = _leave_out(
-        table,
-        rows,
-        again,
-        "rows with the time of the row before",
-        notes,
-    )
+    rows = _leave_out(table, rows, again, "rows with the time of the row before", notes)
     if len(rows) < 2:
         raise ValueError(
             f"{table.name} has {len(rows)} rows with a time and both joints: a motion needs more"
@@ -223,8 +210,7 @@ def _clean(table: Columns, pairs, robot):
     if late.any():
         k = int(np.argmax(late))
         raise table.error(
-            rows[k],
-            f"t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s",
+            rows[k], f"t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s"
         )
     cuts = _cut(t, step, [table.where(row) for row in rows], notes)
     if robot.turns:
@@ -235,13 +221,7 @@ def _clean(table: Columns, pairs, robot):
                 f" {table.where(rows[np.argmax(jumps) + 1])}: taken for whole turns"
             )
             pairs["q"] = np.unwrap(pairs["q"], axis=0)
-    return Log(
-        t,
-        **pairs,
-        step=step,
-        cuts=tuple(cuts),
-        notes=tuple(notes),
-    )
+    return Log(t, **pairs, step=step, cuts=tuple(cuts), notes=tuple(notes))
 
 
 def _leave_out(table, rows, out, what, notes):
@@ -264,15 +244,7 @@ def _cut(t, step, where, notes):
         else:
             missing = max(round((t[k] - t[k - 1]) / step) - 1, 1)
             why = f"{missing} rows missing before {where[k]}"
-        cuts.append(
-            Cut(
-                int(k),
-                float(t[k - 1]),
-                float(t[k]),
-                why,
-                missing,
-            )
-        )
+        cuts.append(Cut(int(k), float(t[k - 1]), float(t[k]), why, missing))
     gaps = [f"{cut.start:.6g} to {cut.end:.6g} s" for cut in cuts if cut.missing]
     if gaps:
         more = " and more" if len(gaps) > 3 else ""
@@ -297,24 +269,14 @@ def evenly(t: ndarray, pairs: Mapping[str, ndarray], step: float) -> tuple[ndarr
     place = (t - t[0]) / max(period, 1e-300)
     distance = float(np.abs(place - np.round(place)).max())
     if len(t) < 4 or (n == len(t) and distance <= UNEVEN):
-        return (
-            even if n == len(t) else t,
-            dict(pairs),
-            distance,
-        )
-    before = np.minimum(
-        np.searchsorted(t, even, side="right") - 1,
-        len(t) - 2,
-    )
+        return (even if n == len(t) else t, dict(pairs), distance)
+    before = np.minimum(np.searchsorted(t, even, side="right") - 1, len(t) - 2)
     lost = np.diff(t)[before] > LATE * step
     moved = {}
     for name, pair in pairs.items():
         is_torque = name.startswith("tau")
         if is_torque or not np.isfinite(pair).all():
-            moved[name] = np.stack(
-                [np.interp(even, t, column) for column in pair.T],
-                axis=1,
-            )
+            moved[name] = np.stack([np.interp(even, t, column) for column in pair.T], axis=1)
         else:
             moved[name] = CubicSpline(t, pair)(even)
         if is_torque:

@@ -17,12 +17,7 @@ from ...models.kinematics import dkm
 from ...models.robots import FiveBar, Robot
 from ...simulation.run import Event, Measured, Run
 from ...singularities.margins import Singularity
-from .derivatives import (
-    HIGHEST,
-    derivatives,
-    half_window,
-    spectrum,
-)
+from .derivatives import HIGHEST, derivatives, half_window, spectrum
 from .logs import Gauges, Log, evenly, read_log
 
 if TYPE_CHECKING:
@@ -95,13 +90,7 @@ def from_log(
     """
     source: Any = t
     whole = isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read")
-    columns = {
-        "q1": q1,
-        "q2": q2,
-        "tau1": tau1,
-        "tau2": tau2,
-        **more,
-    }
+    columns = {"q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
     if not whole:
         source = {"t": t, **columns}
     elif extra := [name for name, column in columns.items() if column is not None]:
@@ -110,11 +99,7 @@ def from_log(
     if assembly is not None:
         assembly = modes(1)(assembly, "assembly")
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
-    return _run_of(
-        read_log(source, own, units, gauges),
-        own,
-        assembly,
-    )
+    return _run_of(read_log(source, own, units, gauges), own, assembly)
 
 
 def _run_of(log, robot, assembly):
@@ -132,22 +117,12 @@ def _run_of(log, robot, assembly):
     moves = regular & np.isfinite(q_dot).all(axis=1)
     kinetic = np.full(len(log.t), np.nan)
     if moves.any():
-        kinetic[moves] = energy(
-            dkm(
-                dgm(robot, log.q[moves], assembly),
-                q_dot[moves],
-            )
-        )
+        kinetic[moves] = energy(dkm(dgm(robot, log.q[moves], assembly), q_dot[moves]))
     middles = [(cut.start + cut.end) / 2 for cut in log.cuts]
     tau = np.full_like(log.q, np.nan) if log.tau is None else log.tau
 
     def with_gaps(values, between=np.nan):
-        return np.insert(
-            values,
-            [cut.row for cut in log.cuts],
-            between,
-            axis=0,
-        )
+        return np.insert(values, [cut.row for cut in log.cuts], between, axis=0)
 
     return Run(
         robot=robot,
@@ -211,10 +186,7 @@ def _end_effector(log, robot, assembly, notes):
 
 def _crossings(log, robot, pose, closes):
     """Return the Events where a leg changes its mode: between two rows, or on rows between them."""
-    sines = np.stack(
-        [np.where(closes, sine, np.nan) for sine in pose.sines],
-        axis=1,
-    )
+    sines = np.stack([np.where(closes, sine, np.nan) for sine in pose.sines], axis=1)
     signed = np.column_stack([sines, pose.det_A])
     cuts = np.array([cut.row for cut in log.cuts])
     events = []

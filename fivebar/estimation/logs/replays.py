@@ -11,14 +11,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.interpolate import make_splrep
 
-from ...base.checks import (
-    a_callable,
-    instance,
-    one_of,
-    optional,
-    positive,
-    takes,
-)
+from ...base.checks import a_callable, instance, one_of, optional, positive, takes
 from ...base.checks import robot as must_be_robot
 from ...base.errors import SingularityError, UnreachableError
 from ...base.presentation import Animated
@@ -68,13 +61,7 @@ class Replay(Animated):
         if len(known):
             rms = np.sqrt(np.mean(known**2, axis=0))
         torques = f"{words.effort}s apart {rms[0]:.3g} and {rms[1]:.3g} {words.effort_unit} rms"
-        return "\n".join(
-            [
-                f"replay of the {self.by}: {self._size()}",
-                torques,
-                *self.notes,
-            ]
-        )
+        return "\n".join([f"replay of the {self.by}: {self._size()}", torques, *self.notes])
 
     def _size(self):
         rms = 1e6 * self.figures["rms_error_m"]
@@ -110,10 +97,7 @@ class Replay(Animated):
     @property
     def runs(self) -> dict[str, Run]:
         """{"measured": Run, "simulated": Run}."""
-        return {
-            "measured": self.measured,
-            "simulated": self.simulated,
-        }
+        return {"measured": self.measured, "simulated": self.simulated}
 
 
 @takes(
@@ -196,11 +180,7 @@ def replay(
                 simulated = _by_torques(run, robot, rows)
             else:
                 simulated = _by_reference(run, robot, rows, controller)
-        except (
-            UnreachableError,
-            SingularityError,
-            ArithmeticError,
-        ) as error:
+        except (UnreachableError, SingularityError, ArithmeticError) as error:
             notes.append(f"from {run.t[rows.start]:.6g} s nothing was simulated: {error}")
             continue
         _copy_rows(simulated, run, rows, values)
@@ -236,11 +216,7 @@ def _stretches(known, t, restart):
     late = np.diff(t, prepend=t[0]) > LATE * step
     edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
     for first, end in zip(edges[::2], edges[1::2]):
-        starts = [
-            first,
-            *(first + 1 + np.flatnonzero(late[first + 1 : end])),
-            end,
-        ]
+        starts = [first, *(first + 1 + np.flatnonzero(late[first + 1 : end])), end]
         for start, stop in zip(starts, starts[1:]):
             while start < stop:
                 last = stop
@@ -274,10 +250,7 @@ def _by_torques(run, robot, rows):
         means = (tau[1:] + tau[:-1]) / 2
         tau = np.concatenate([means, tau[-1:]])
     if np.abs(t - even).max() >= 0.01 * step:
-        tau = np.stack(
-            [np.interp(even, t, column) for column in tau.T],
-            axis=1,
-        )
+        tau = np.stack([np.interp(even, t, column) for column in tau.T], axis=1)
 
     def torque(now, q, q_dot, reference):
         return tau[min(int(now / step + 0.5), len(tau) - 1)]
@@ -299,13 +272,7 @@ def _by_reference(run, robot, rows, controller):
     start = _start(run, robot, rows.start)
     if controller is None:
         working = tuple(int(mode) or -1 for mode in start.pose.working)
-        controller = ComputedTorque(
-            robot,
-            400.0,
-            40.0,
-            working,
-            int(start.pose.assembly),
-        )
+        controller = ComputedTorque(robot, 400.0, 40.0, working, int(start.pose.assembly))
     parts = max(int(np.ceil(step / 1e-3 - 1e-9)), 1)  # steps of at most 1 ms
     return simulate(
         robot,
@@ -332,9 +299,7 @@ def _reference_through(t, xi):
     for order in (1, 2):
         splines += [spline.derivative(order) for spline in splines[:2]]
     return Trajectory(
-        0.0,
-        float(t[-1]),
-        lambda now: np.stack([spline(now) for spline in splines], axis=-1),
+        0.0, float(t[-1]), lambda now: np.stack([spline(now) for spline in splines], axis=-1)
     )
 
 

@@ -51,11 +51,7 @@ Group = tuple[tuple[str, ...], bool]  # students with equal programs; whether to
 
 
 def write_summary(
-    out: Path,
-    lab: str,
-    reports: list[Report],
-    ignored: list[tuple[str, Left]],
-    equal: list[Group],
+    out: Path, lab: str, reports: list[Report], ignored: list[tuple[str, Left]], equal: list[Group]
 ) -> None:
     """Write checks.csv, items.csv, misconceptions.csv and summary.html into a folder.
 

@@ -109,10 +109,7 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("J J^T instead of J^T J in M", lambda Z, m, J: Z + m * J @ turned(J)),
         ("J in place of J^T J in M", lambda Z, m, J: Z + m * J),
         ("only the diagonal of M", lambda Z, m, J: (Z + m * turned(J) @ J) * np.eye(2)),
-        (
-            f"{inertias} in all four elements of M",
-            lambda Z, m, J: Z.sum(0) + m * turned(J) @ J,
-        ),
+        (f"{inertias} in all four elements of M", lambda Z, m, J: Z.sum(0) + m * turned(J) @ J),
     )
     cs = (
         ("c of the wrong sign", lambda m, J, A, B, d, M: -m * turned(J) @ inverse(A) @ d),

@@ -140,9 +140,7 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
         ),
         Slip("d of the wrong sign", sign, {"of_d": lambda near, far: near + far}),
         *each_leg(
-            f"rate of the {bar} not squared in d",
-            squared,
-            square=lambda rate, own, passive: rate,
+            f"rate of the {bar} not squared in d", squared, square=lambda rate, own, passive: rate
         ),
         *each_leg(
             f"length of the {bar} forgotten in d",

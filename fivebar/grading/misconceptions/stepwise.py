@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from ..exercise import Exercise, Misconception
 from . import right
-from .end_slips import (
-    DKM2_ENDS,
-    DKM_ENDS,
-    IKM2_ENDS,
-    IKM_ENDS,
-    LOCKED,
-    MISUSED,
-    dynamic_slips,
-)
+from .end_slips import DKM2_ENDS, DKM_ENDS, IKM2_ENDS, IKM_ENDS, LOCKED, MISUSED, dynamic_slips
 from .geometry_steps import dgm_slips, dgm_steps, lengths_changed
 from .leg_steps import igm_slips, igm_steps, passive_steps
 from .leg_steps import passive_slips as angle_slips
@@ -78,11 +70,7 @@ HELPERS = (
 def _table(kind: Kind) -> dict[str, tuple]:
     """Return of each function its derivation, and the slips in it."""
     AB, d = (*B_slips(kind), *A_slips(kind)), d_slips(kind)
-    second = (
-        *d,
-        *AB,
-        *(() if kind.turns else lengths_changed(kind)),
-    )
+    second = (*d, *AB, *(() if kind.turns else lengths_changed(kind)))
     return {
         "dgm": (dgm_steps, dgm_slips(kind)),
         "igm": (igm_steps, igm_slips(kind)),

@@ -8,16 +8,7 @@ from html import escape
 
 from ...base.representation import printable
 from ..results import Report
-from .text import (
-    closing,
-    facts,
-    headlines,
-    not_started,
-    number,
-    shown_checks,
-    total_words,
-    word,
-)
+from .text import closing, facts, headlines, not_started, number, shown_checks, total_words, word
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 STYLE = """

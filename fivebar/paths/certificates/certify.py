@@ -48,10 +48,7 @@ def _ball(value):
 
 
 _BALLS = SimpleNamespace(
-    mpf=_ball,
-    sqrt=flint.arb.sqrt,
-    cos=flint.arb.cos,
-    sin=flint.arb.sin,
+    mpf=_ball, sqrt=flint.arb.sqrt, cos=flint.arb.cos, sin=flint.arb.sin
 )  # as mpmath's iv
 
 
@@ -98,11 +95,7 @@ class Certificate:
             f"{len(self.claim['pieces'])} pieces in {count} parts",
         )
         return one_line(
-            "Certificate",
-            "proved" if self.proved else "not proved",
-            *notes,
-            *stretches,
-            more,
+            "Certificate", "proved" if self.proved else "not proved", *notes, *stretches, more
         )
 
     def to_json(self, file: TextFile) -> None:
@@ -115,10 +108,7 @@ class Certificate:
                 f"certify: not proved from s = {first.start:.9g} to {first.stop:.9g} m: {first.why}"
             )
         with written(file) as out:
-            json.dump(
-                self.claim | {"sha256": digest(self.claim)},
-                out,
-            )
+            json.dump(self.claim | {"sha256": digest(self.claim)}, out)
 
 
 def certify(
@@ -275,11 +265,7 @@ def _kept(claim, piece, u, lengths):
         yield f"(l{leg}1 + l{leg}2)^2 - r{leg}^2", outer, 0.0
         yield f"r{leg}^2 - (l{leg}1 - l{leg}2)^2", inner, 0.0
     if sines := margins(reached, claim["working"], _BALLS):
-        yield from zip(
-            ("sin^2 q12", "sin^2 q22"),
-            sines,
-            (claim["margin"] ** 2,) * 2,
-        )
+        yield from zip(("sin^2 q12", "sin^2 q22"), sines, (claim["margin"] ** 2,) * 2)
         yield (
             ("det A", "-det A")[claim["assembly"] > 0],
             sines[2] * -claim["assembly"],
@@ -310,10 +296,7 @@ def _tolerances(robot, tolerances):
 def _assembly(robot, path, working):
     """Return the assembly mode in which a path begins, as far as it is reached; 0: nowhere."""
     found = igm(
-        robot,
-        path(np.linspace(0.0, path.length, 65))[0],
-        working,
-        unreachable="nan",
+        robot, path(np.linspace(0.0, path.length, 65))[0], working, unreachable="nan"
     ).assembly
     return int(next((mode for mode in found if mode), 0))
 

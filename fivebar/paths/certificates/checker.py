@@ -27,10 +27,7 @@ class Number(NamedTuple):
     def __add__(self, other):
         if not isinstance(other, Number):
             return Number(self.value + other, self.slopes)
-        return Number(
-            self.value + other.value,
-            [a + b for a, b in zip(self.slopes, other.slopes)],
-        )
+        return Number(self.value + other.value, [a + b for a, b in zip(self.slopes, other.slopes)])
 
     def __mul__(self, other):
         if not isinstance(other, Number):
@@ -47,8 +44,7 @@ class Number(NamedTuple):
     def __truediv__(self, other):
         value = self.value / other.value
         return Number(
-            value,
-            [(a - value * b) / other.value for a, b in zip(self.slopes, other.slopes)],
+            value, [(a - value * b) / other.value for a, b in zip(self.slopes, other.slopes)]
         )
 
     def through(self, value, slope):
@@ -65,10 +61,7 @@ def point(piece, u, on=iv):
         angle = u * (on.mpf(stop) - start) + start
         cos = on.cos(angle.value)
         sin = on.sin(angle.value)
-        return (
-            angle.through(cos, -sin) * radius + cx,
-            angle.through(sin, cos) * radius + cy,
-        )
+        return (angle.through(cos, -sin) * radius + cx, angle.through(sin, cos) * radius + cy)
     if kind == "polynomial":
         x = y = u * 0
         for cx, cy in reversed(of):
@@ -84,24 +77,13 @@ def reach(base, l1, l2, x, y):
     """
     rx = x - base
     r2 = rx * rx + y * y
-    return (
-        l1,
-        l2,
-        rx,
-        y,
-        r2,
-        (l1 + l2) * (l1 + l2) - r2,
-        r2 - (l1 - l2) * (l1 - l2),
-    )
+    return (l1, l2, rx, y, r2, (l1 + l2) * (l1 + l2) - r2, r2 - (l1 - l2) * (l1 - l2))
 
 
 def legs(x, y, lengths):
     """`reach` of both legs."""
     l11, l12, l21, l22, d = lengths
-    return [
-        reach(d * -0.5, l11, l12, x, y),
-        reach(d * 0.5, l21, l22, x, y),
-    ]
+    return [reach(d * -0.5, l11, l12, x, y), reach(d * 0.5, l21, l22, x, y)]
 
 
 def distal(leg, mode, on=iv):
@@ -113,11 +95,7 @@ def distal(leg, mode, on=iv):
     root = on.sqrt(product.value)
     along = (r2 - l1 * l1 + l2 * l2) / (r2 * 2)
     across = product.through(root, 1 / (root * 2)) / (r2 * 2) * mode
-    return (
-        along * rx + across * ry,
-        along * ry - across * rx,
-        product,
-    )
+    return (along * rx + across * ry, along * ry - across * rx, product)
 
 
 def margins(reached, working, on=iv):
@@ -149,18 +127,8 @@ def joint(x, y, lengths, tool, working, on=iv):
     real = l2 + along
     r2 = real * real + across * across
     root = on.sqrt(r2.value)
-    leg = reach(
-        lengths[4] * (k - 0.5),
-        l1,
-        r2.through(root, 1 / (root * 2)),
-        x,
-        y,
-    )
-    bar = distal(
-        leg,
-        working[k] if real.value > 0 else -working[k],
-        on,
-    )
+    leg = reach(lengths[4] * (k - 0.5), l1, r2.through(root, 1 / (root * 2)), x, y)
+    bar = distal(leg, working[k] if real.value > 0 else -working[k], on)
     if bar is None:
         return None
     ex, ey, _ = bar
@@ -170,19 +138,10 @@ def joint(x, y, lengths, tool, working, on=iv):
     # E x (C - E): of sin q_i2, which the mode gives a sign.
     if not (((leg[2] - ex) * fy - (leg[3] - ey) * fx) * -working[k]).value > 0:
         return None
-    return (
-        x - fx * along + fy * across,
-        y - fy * along - fx * across,
-    )
+    return (x - fx * along + fy * across, y - fy * along - fx * across)
 
 
-def proved(
-    certificate,
-    piece,
-    first,
-    last,
-    on=iv,
-):
+def proved(certificate, piece, first, last, on=iv):
     """Return whether the claim holds on a part of a piece."""
     whole = [on.mpf((first, last))]
     middle = [on.mpf((first + last) / 2)]
@@ -196,8 +155,7 @@ def proved(
 
     def centred(over, at):  # the mean value theorem
         change = sum(
-            (slope * (whole[k] - middle[k]) for slope, k in zip(over.slopes, free)),
-            on.mpf(0),
+            (slope * (whole[k] - middle[k]) for slope, k in zip(over.slopes, free)), on.mpf(0)
         )
         return Number(at.value + change, over.slopes)
 
@@ -208,13 +166,7 @@ def proved(
             numbers.append(Number(value, [on.mpf(k == j) for j in free]))
         place = point(piece, numbers[0], on)
         if tool := certificate.get("tool"):
-            place = joint(
-                *place,
-                numbers[1:],
-                tool,
-                certificate["working"],
-                on,
-            )
+            place = joint(*place, numbers[1:], tool, certificate["working"], on)
         if place is None:
             return False
         both.append(list(legs(*place, numbers[1:])))
@@ -223,19 +175,7 @@ def proved(
     if None in both:
         return False
     least = on.mpf(certificate["margin"])
-    wanted = zip(
-        *both,
-        (
-            least * least,
-            least * least,
-            least,
-        ),
-        (
-            1,
-            1,
-            -certificate["assembly"],
-        ),
-    )
+    wanted = zip(*both, (least * least, least * least, least), (1, 1, -certificate["assembly"]))
     found = [(centred(over, at).value * sign, bound) for over, at, bound, sign in wanted]
     return all(value > 0 and value >= bound for value, bound in found)
 
@@ -259,11 +199,7 @@ def refusal(certificate, shown=iter):
     signs = {*modes, certificate["assembly"]}
     known = signs <= {-1, 1} and len(modes) == 2
     known &= set(robot) == set(LENGTHS) >= set(tolerances)
-    sizes = [
-        *robot.values(),
-        *tolerances.values(),
-        certificate["margin"],
-    ]
+    sizes = [*robot.values(), *tolerances.values(), certificate["margin"]]
     if not (known and min(sizes) >= 0):
         return (
             f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin,"
@@ -285,15 +221,7 @@ def refusal(certificate, shown=iter):
                 " from 0 to 1"
             )
         for first, last in zip(parts, parts[1:]):
-            if not (
-                first < last
-                and proved(
-                    certificate,
-                    piece,
-                    first,
-                    last,
-                )
-            ):
+            if not (first < last and proved(certificate, piece, first, last)):
                 return f"piece {number}, from {first} to {last} of it: not proved"
     return None if ends else "it has no pieces"
 

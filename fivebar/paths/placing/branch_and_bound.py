@@ -46,43 +46,20 @@ class Cells(NamedTuple):
     region: np.ndarray
 
     def chosen(self, at: np.ndarray) -> Cells:
-        return Cells(
-            self.middle[:, at],
-            self.half[:, at],
-            self.region[at],
-        )
+        return Cells(self.middle[:, at], self.half[:, at], self.region[at])
 
     def halved(self, size: float) -> Cells:
         """Return both halves of all cells, across the side that moves an arm of this size most."""
         one = np.ones(len(self.region))
         scale = self.middle[3]
-        arms = np.stack(
-            [
-                one,
-                one,
-                size * scale,
-                size * one,
-            ]
-        )
+        arms = np.stack([one, one, size * scale, size * one])
         moves = self.half * arms
         farthest = moves.argmax(axis=0)
         across = np.arange(4)[:, None] == farthest
-        half = np.where(
-            across,
-            self.half / 2,
-            self.half,
-        )
-        step = np.where(
-            across,
-            half,
-            0.0,
-        )
+        half = np.where(across, self.half / 2, self.half)
+        step = np.where(across, half, 0.0)
         middles = [self.middle - step, self.middle + step]
-        return Cells(
-            np.concatenate(middles, axis=1),
-            np.tile(half, 2),
-            np.tile(self.region, 2),
-        )
+        return Cells(np.concatenate(middles, axis=1), np.tile(half, 2), np.tile(self.region, 2))
 
 
 class BranchAndBound:
@@ -116,11 +93,7 @@ class BranchAndBound:
                     cells, promise = self._open(cells, self._sharp(cells))
                 first = False
                 cells = cells.halved(self.search.size)
-        bound = max(
-            self.bound,
-            self.value,
-            promise.max(initial=0.0),
-        )
+        bound = max(self.bound, self.value, promise.max(initial=0.0))
         return self.best, bound
 
     def _first(self):
@@ -137,11 +110,7 @@ class BranchAndBound:
         if self.scale is None:
             widest = np.abs(high - low).max()
             most = widest / search.size
-            scales = np.geomspace(
-                SMALLEST * most,
-                most,
-                SCALES + 1,
-            )
+            scales = np.geomspace(SMALLEST * most, most, SCALES + 1)
         turns = np.array([search.turn])
         opening = 0.0
         if search.turn is None:
@@ -150,14 +119,7 @@ class BranchAndBound:
         odd = 2 * np.arange(SIDE) + 1
         boxes = np.arange(len(low))
         steps = np.arange(len(scales) - 1)
-        grids = np.meshgrid(
-            boxes,
-            odd,
-            odd,
-            turns,
-            steps,
-            indexing="ij",
-        )
+        grids = np.meshgrid(boxes, odd, odd, turns, steps, indexing="ij")
         k, i, j, turn, n = (grid.ravel() for grid in grids)
         size = high[k] - low[k]
         x_half = size.real / SIDE / 2
@@ -169,28 +131,10 @@ class BranchAndBound:
         scale = (smaller + larger) / 2
         growth = (larger - smaller) / 2
         opening = np.full(len(k), opening)
-        middle = np.stack(
-            [
-                x,
-                y,
-                turn,
-                scale,
-            ]
-        )
-        half = np.stack(
-            [
-                x_half,
-                y_half,
-                opening,
-                growth,
-            ]
-        )
+        middle = np.stack([x, y, turn, scale])
+        half = np.stack([x_half, y_half, opening, growth])
         region = np.full(len(k), -1) if self.mixed else k
-        return Cells(
-            middle,
-            half,
-            region,
-        )
+        return Cells(middle, half, region)
 
     def _values(self, cells):
         """Return clearances (n,) of the middle placements, by some points, and bounds (n,)."""
@@ -204,25 +148,15 @@ class BranchAndBound:
             for room in rooms if self.mixed else [rooms[region]]:
                 distance = room.bounds(z)
                 rows = np.stack([distance, distance + moved])
-                least = np.minimum.reduceat(
-                    rows,
-                    self.search.first,
-                    axis=2,
-                )
+                least = np.minimum.reduceat(rows, self.search.first, axis=2)
                 tables.append(least)
             # Each path lies in the region that has most room for it.
             most = np.max(tables, axis=0)
             clearance[at], upper[at] = most.min(axis=2)
             if self.search.page:
                 depth, bound = self._around_holes(part, region)
-                clearance[at] = np.minimum(
-                    clearance[at],
-                    depth,
-                )
-                upper[at] = np.minimum(
-                    upper[at],
-                    bound,
-                )
+                clearance[at] = np.minimum(clearance[at], depth)
+                upper[at] = np.minimum(upper[at], bound)
         return clearance, upper
 
     def _around_holes(self, cells, region):
@@ -231,20 +165,12 @@ class BranchAndBound:
         x_half, y_half, turn_half, growth = cells.half
         holes = self.search.clearances[region].holes
         shift = x + 1j * y
-        depth = self.search.off_page(
-            holes,
-            shift,
-            turn,
-            scale,
-        )
+        depth = self.search.off_page(holes, shift, turn, scale)
         arm = np.abs(holes - shift[:, None])
         moved = np.hypot(x_half, y_half) + growth * self.search.size
         turned = arm * turn_half[:, None]
         bounds = depth + moved[:, None] + turned
-        return (
-            depth.min(axis=1, initial=np.inf),
-            bounds.min(axis=1, initial=np.inf),
-        )
+        return (depth.min(axis=1, initial=np.inf), bounds.min(axis=1, initial=np.inf))
 
     def _sharp(self, cells):
         """Return bounds (n,) of the cells from the directions in which distances grow.
@@ -259,11 +185,7 @@ class BranchAndBound:
             z, arm, moved = _placed(part, self.search.z)
             room = self.search.clearances[region]
             fast = room.bounds(z, CORNERS) + moved
-            order = np.argpartition(
-                fast,
-                POINTS,
-                axis=1,
-            )
+            order = np.argpartition(fast, POINTS, axis=1)
             near = order[:, :POINTS]
             z = np.take_along_axis(z, near, axis=1)
             arm = np.take_along_axis(arm, near, axis=1)
@@ -277,32 +199,15 @@ class BranchAndBound:
             bent = np.abs(arm) * turn * (turn / 2 + growth / scale)
             curved = away + moved**2 / (2 * away) + bent
             linear = curved < lipschitz
-            constant = np.where(
-                linear,
-                curved,
-                lipschitz,
-            )
-            normal = np.where(
-                linear,
-                offset / away,
-                0.0,
-            )
+            constant = np.where(linear, curved, lipschitz)
+            normal = np.where(linear, offset / away, 0.0)
             normal = normal.conj()
             across = 1j * normal
             slopes = np.stack(
-                [
-                    normal.real,
-                    across.real,
-                    (across * arm).real,
-                    (normal * arm).real / scale,
-                ],
-                axis=1,
+                [normal.real, across.real, (across * arm).real, (normal * arm).real / scale], axis=1
             )
             slopes = slopes * part.half.T[:, :, None]
-            upper[at] = np.minimum(
-                lipschitz.min(axis=1),
-                _game(constant, slopes),
-            )
+            upper[at] = np.minimum(lipschitz.min(axis=1), _game(constant, slopes))
         return upper
 
     def _promises(self, cells, upper):
@@ -311,11 +216,7 @@ class BranchAndBound:
             return upper
         keeps = upper > self.search.margin
         largest = cells.middle[3] + cells.half[3]
-        return np.where(
-            keeps,
-            largest,
-            0.0,
-        )
+        return np.where(keeps, largest, 0.0)
 
     @property
     def enough(self) -> float:
@@ -352,13 +253,7 @@ class BranchAndBound:
             if tried.count(kind) < ALIKE:
                 tried.append(kind)
                 x, y, turn, _ = cells.middle[:, at].tolist()
-                start = Found(
-                    0.0,
-                    which,
-                    complex(x, y),
-                    turn,
-                    float(scale[at]),
-                )
+                start = Found(0.0, which, complex(x, y), turn, float(scale[at]))
                 self._take(start)
 
     def _which(self, cells, at):
@@ -369,11 +264,7 @@ class BranchAndBound:
         x, y, turn, scale = cells.middle[:, at]
         z = complex(x, y) + scale * np.exp(1j * turn) * search.few
         distances = [room.bounds(z) for room in search.clearances]
-        least = np.minimum.reduceat(
-            distances,
-            search.first,
-            axis=1,
-        )
+        least = np.minimum.reduceat(distances, search.first, axis=1)
         return tuple(least.argmax(axis=0).tolist())
 
     def _take(self, start):

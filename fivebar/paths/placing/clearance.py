@@ -68,11 +68,7 @@ class Clearance:
         if len(inner):
             self.most = float(inner.max()) + self.least_seen
         # Samples of the border are nowhere farther apart than `spacing`.
-        self.above_nodes = np.where(
-            self.is_inner,
-            np.inf,
-            self.spacing - distance,
-        )
+        self.above_nodes = np.where(self.is_inner, np.inf, self.spacing - distance)
 
     def _loop(self, arcs):
         return np.concatenate([arc.dense(self.spacing) for arc in arcs])
@@ -87,11 +83,7 @@ class Clearance:
         neighbours = [np.roll(z, -way) for z in loops]
         for z in walls:
             at = np.arange(len(z)) + way
-            at = np.clip(
-                at,
-                0,
-                len(z) - 1,
-            )
+            at = np.clip(at, 0, len(z) - 1)
             neighbours.append(z[at])
         return np.concatenate([*neighbours, self.points])
 
@@ -112,31 +104,15 @@ class Clearance:
             chord = neighbour - sample
             square = np.abs(chord) ** 2
             projection = ((z - sample) * chord.conj()).real
-            square = np.where(
-                square,
-                square,
-                1.0,
-            )
-            share = np.clip(
-                projection / square,
-                0,
-                1,
-            )
+            square = np.where(square, square, 1.0)
+            share = np.clip(projection / square, 0, 1)
             foot = sample + share * chord
             closer = np.abs(z - foot) < np.abs(z - nearest)
-            nearest = np.where(
-                closer,
-                foot,
-                nearest,
-            )
+            nearest = np.where(closer, foot, nearest)
         offset = z - nearest
         distance = np.abs(offset)
         within = self._are_within(z, distance)
-        sign = np.where(
-            within,
-            1.0,
-            -1.0,
-        )
+        sign = np.where(within, 1.0, -1.0)
         gradient = sign * offset / np.maximum(distance, 1e-300)
         return sign * distance, gradient
 
@@ -161,11 +137,7 @@ class Clearance:
         j = _node_number(away.imag / y_step + y)
         return i * GRID + j
 
-    def bounds(
-        self,
-        z: np.ndarray,
-        beside: tuple = ((0.0, 0.0),),
-    ) -> np.ndarray:
+    def bounds(self, z: np.ndarray, beside: tuple = ((0.0, 0.0),)) -> np.ndarray:
         """Return what the signed distances of points do not exceed, fast, from the grid.
 
         A point within is no farther from the border than from the sample that is nearest to its
@@ -199,11 +171,7 @@ class Clearance:
         sides = np.maximum(left, right)
         levels = np.maximum(lower, upper)
         beyond = np.maximum(sides, levels)
-        return np.where(
-            beyond > 0,
-            np.minimum(depth, -beyond),
-            depth,
-        )
+        return np.where(beyond > 0, np.minimum(depth, -beyond), depth)
 
     def exact(self, z: np.ndarray) -> np.ndarray:
         """Return the distances of points (n,) from all that bounds."""
@@ -226,10 +194,7 @@ class Clearance:
         return distance - 0.51 * self.spacing
 
     def along(
-        self,
-        path: Path,
-        least: float = -np.inf,
-        most: float = np.inf,
+        self, path: Path, least: float = -np.inf, most: float = np.inf
     ) -> tuple[float, complex | None]:
         """Return the clearance of a placed path, and the point where it is least.
 
@@ -259,11 +224,7 @@ class Clearance:
                 ask = ask[order[:8]]
             clearance[ask] = self.exact(z[ask])
             sure[ask] = True
-            known = np.where(
-                sure,
-                clearance,
-                np.inf,
-            )
+            known = np.where(sure, clearance, np.inf)
             k = int(known.argmin())
             if known[k] < best:
                 best = float(known[k])
@@ -271,16 +232,8 @@ class Clearance:
             if best <= least:
                 break
             middle = (s[:-1] + s[1:]) / 2
-            piece = np.searchsorted(
-                path.knots,
-                middle,
-                side="right",
-            )
-            piece = np.clip(
-                piece - 1,
-                0,
-                len(bounds) - 1,
-            )
+            piece = np.searchsorted(path.knots, middle, side="right")
+            piece = np.clip(piece - 1, 0, len(bounds) - 1)
             speed, bend = bounds[piece].T
             h = np.diff(s)
             a = np.maximum(clearance[:-1], 0)
@@ -310,11 +263,7 @@ class Clearance:
 
 def _node_number(steps):
     """Return the number of the nearest node on a side of the grid."""
-    number = np.clip(
-        np.rint(steps),
-        0,
-        GRID - 1,
-    )
+    number = np.clip(np.rint(steps), 0, GRID - 1)
     return number.astype(int)
 
 
@@ -323,10 +272,7 @@ def _tree(z):
 
 
 def _xy(z):
-    return np.stack(
-        [z.real, z.imag],
-        axis=-1,
-    )
+    return np.stack([z.real, z.imag], axis=-1)
 
 
 def _steepest(piece: Piece) -> tuple[float, float]:

@@ -48,10 +48,7 @@ def bounds(path: Path) -> np.ndarray:
         if isinstance(piece, Arc):
             first, last = sorted((piece.angle0, piece.angle1))
             quarters = (
-                np.arange(
-                    np.ceil(first / (np.pi / 2)),
-                    np.floor(last / (np.pi / 2)) + 1,
-                )
+                np.arange(np.ceil(first / (np.pi / 2)), np.floor(last / (np.pi / 2)) + 1)
                 * np.pi
                 / 2
             )

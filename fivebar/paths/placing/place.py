@@ -11,16 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.checks import (
-    flag,
-    instance,
-    modes,
-    number,
-    optional,
-    positive,
-    takes,
-    two_numbers,
-)
+from ...base.checks import flag, instance, modes, number, optional, positive, takes, two_numbers
 from ...base.representation import one_line
 from ...constraints.constraints import ON_POSES, Constraints, refuse_others
 from ...constraints.disc import bounded_by

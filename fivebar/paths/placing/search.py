@@ -34,9 +34,7 @@ class Found(NamedTuple):
     def placement(self, middle: complex) -> Placement:
         shift = self.shift - self.scale * np.exp(1j * self.turn) * middle
         return Placement(
-            (shift.real, shift.imag),
-            math.remainder(self.turn, 2 * math.pi),
-            self.scale,
+            (shift.real, shift.imag), math.remainder(self.turn, 2 * math.pi), self.scale
         )
 
 
@@ -64,14 +62,8 @@ class Search:
         if page:
             samples = [np.append(samples[0], _lattice(page, INNER))]
         z = np.concatenate(samples)
-        self.owner = np.repeat(
-            np.arange(len(paths)),
-            [len(each) for each in samples],
-        )
-        self.middle = complex(
-            (z.real.min() + z.real.max()) / 2,
-            (z.imag.min() + z.imag.max()) / 2,
-        )
+        self.owner = np.repeat(np.arange(len(paths)), [len(each) for each in samples])
+        self.middle = complex((z.real.min() + z.real.max()) / 2, (z.imag.min() + z.imag.max()) / 2)
         self.z = z - self.middle
         self.size = float(np.abs(self.z).max())
         few = [_few(each - self.middle, max(FEW // len(paths), 4)) for each in samples]
@@ -85,16 +77,13 @@ class Search:
         placement = found.placement(self.middle)
         z = found.shift + found.scale * np.exp(1j * found.turn) * self.z
         rough = np.minimum.reduceat(
-            self.rough(found.which, z)[0],
-            np.searchsorted(self.owner, range(len(self.paths))),
+            self.rough(found.which, z)[0], np.searchsorted(self.owner, range(len(self.paths)))
         )
         clearance = np.inf
         at = 0j
         for k in np.argsort(rough):
             own, where = self.clearances[found.which[k]].along(
-                placement(self.paths[k]),
-                least,
-                clearance,
+                placement(self.paths[k]), least, clearance
             )
             if own < clearance:
                 clearance, at = own, where
@@ -121,11 +110,7 @@ class Search:
         x = np.abs(away.real) - scale * width / 2
         y = np.abs(away.imag) - scale * height / 2
         off = np.maximum(x, y)
-        return np.where(
-            off < 0,
-            off,
-            np.inf,
-        )
+        return np.where(off < 0, off, np.inf)
 
     def at_scale(self, found: Found, scale: float) -> Found | None:
         """Return a placement at a scale near one of another scale, None if it does not fit."""
@@ -181,15 +166,9 @@ class Search:
         growing: of the largest scale that leaves the margin, in place of the largest clearance.
         """
         (_, which, shift, turn, scale), turning = start, self.turn is None
-        step = max(
-            0.3 * self.size * scale,
-            0.1 * min(self.clearances[k].most for k in which),
-        )
+        step = max(0.3 * self.size * scale, 0.1 * min(self.clearances[k].most for k in which))
         seen = np.empty((0, 2), dtype=complex)
-        now = self.rough(
-            which,
-            shift + scale * np.exp(1j * turn) * self.z,
-        )
+        now = self.rough(which, shift + scale * np.exp(1j * turn) * self.z)
         for _ in range(ROUNDS):
             z = scale * np.exp(1j * turn) * self.z
             least = float(now[0].min())
@@ -211,13 +190,7 @@ class Search:
             # Of dx, dy, the turn and the growth times the paths' size, and of the room, or the
             # growth alone.
             rates = np.stack(
-                [
-                    normal.real,
-                    -normal.imag,
-                    (normal * 1j * arm).real,
-                    (normal * arm).real,
-                ],
-                axis=1,
+                [normal.real, -normal.imag, (normal * 1j * arm).real, (normal * arm).real], axis=1
             )
             rates[:, 2:] /= size
             free = np.array([1, 1, turning, growing])
@@ -230,10 +203,7 @@ class Search:
                 cost = [0, 0, 0, 0, -1]
                 rows = np.column_stack([-rates, np.ones(len(away))])
                 right = away
-            bounds = [
-                *((-step * f, step * f) for f in free),
-                (None, None),
-            ]
+            bounds = [*((-step * f, step * f) for f in free), (None, None)]
             answer = linprog(cost, A_ub=rows, b_ub=right, bounds=bounds)
             if answer.x is None:
                 step /= 4
@@ -246,16 +216,7 @@ class Search:
             then = self.rough(which, placed)
             met = np.flatnonzero(then[0] < then[0].min() + step)
             seen = np.concatenate(
-                [
-                    seen,
-                    np.stack(
-                        [
-                            met,
-                            placed[met] - then[0][met] * then[1][met],
-                        ],
-                        axis=1,
-                    ),
-                ]
+                [seen, np.stack([met, placed[met] - then[0][met] * then[1][met]], axis=1)]
             )[-SEEN:]
             if growing:
                 better = then[0].min() >= min(self.margin, least) and trial[2] > scale
@@ -267,13 +228,7 @@ class Search:
                 step /= 3
             if step < 1e-7 * size:
                 break
-        return Found(
-            float(now[0].min()),
-            which,
-            shift,
-            turn,
-            scale,
-        )
+        return Found(float(now[0].min()), which, shift, turn, scale)
 
     def grown(self, start: Found, least_scale: float = 0.0) -> Found | None:
         """Return the largest placement grown from a start, None where that is not larger."""
@@ -291,8 +246,7 @@ class Search:
             # Growth changes distances by no more than this: so much less is enough, but where the
             # samples are on both sides of a border.
             less = max(
-                1.1 * (least - clearance) / self.size,
-                1e-9 * 8.0 ** max(k - 3, 0) * found.scale,
+                1.1 * (least - clearance) / self.size, 1e-9 * 8.0 ** max(k - 3, 0) * found.scale
             )
             if less >= 0.5 * found.scale:
                 break
@@ -317,11 +271,7 @@ def _few(z, count):
     """Of points those that are farthest in some directions, and some between."""
     ways = np.exp(2j * np.pi * np.arange(count // 2) / (count // 2))
     far = (z[:, None] * ways.conj()).real.argmax(axis=0)
-    between = np.linspace(
-        0,
-        len(z) - 1,
-        count - count // 2,
-    )
+    between = np.linspace(0, len(z) - 1, count - count // 2)
     between = between.round().astype(int)
     chosen = np.union1d(far, between)
     return z[chosen]

@@ -46,12 +46,7 @@ class Draft:
     dwells: list[tuple[int, float]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def finished(
-        self,
-        placement: Placement,
-        deviation: float,
-        curvature: bool,
-    ) -> Path:
+    def finished(self, placement: Placement, deviation: float, curvature: bool) -> Path:
         """Return the path: placed, its curves fitted, its corners blended.
 
         Between strokes the pen travels straight. ValueError where nothing is drawn.
@@ -110,11 +105,7 @@ class Draft:
                 s += piece.length
         path_pieces, pen, feed, lines = zip(*rows)
         rough = Path(path_pieces, pen, dwells, feed, tuple(notes), lines)
-        return blended(
-            rough,
-            max(deviation - fine, 0.0),
-            curvature,
-        )
+        return blended(rough, max(deviation - fine, 0.0), curvature)
 
 
 def listed(lines: Iterable[int | None]) -> str:
@@ -198,11 +189,4 @@ def _round(ellipse):
     start = float(np.angle(ellipse.a))
     centre = (ellipse.centre.real, ellipse.centre.imag)
     radius = max(abs(ellipse.a), abs(ellipse.b))
-    return [
-        Arc(
-            centre,
-            radius,
-            start + side * ellipse.t0,
-            start + side * ellipse.t1,
-        )
-    ]
+    return [Arc(centre, radius, start + side * ellipse.t0, start + side * ellipse.t1)]

@@ -93,12 +93,7 @@ def path(
     return read_points(points_or_file).finished(placement, deviation, curvature)
 
 
-def _read(
-    text: str,
-    name: str,
-    units,
-    kind,
-) -> Draft:
+def _read(text: str, name: str, units, kind) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
     if kind is None:
         kinds = [kind for kind, endings in KINDS.items() if ending in endings]

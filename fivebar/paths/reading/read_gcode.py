@@ -39,12 +39,7 @@ def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
 class _Machine:
     """The state of a machine, line by line."""
 
-    def __init__(
-        self,
-        text: str,
-        name: str,
-        units: str | None,
-    ) -> None:
+    def __init__(self, text: str, name: str, units: str | None) -> None:
         self.draft = Draft(name)
         self.lines = text.splitlines()
         self.units = units  # as the caller gives them
@@ -126,12 +121,7 @@ class _Machine:
         for letter in sorted(set(values) - set("XYZIJRFPSK")):
             self.pass_over(f"{letter} word")
 
-    def set_mode(
-        self,
-        letter: str,
-        value: float,
-        values: dict[str, float],
-    ) -> None:
+    def set_mode(self, letter: str, value: float, values: dict[str, float]) -> None:
         """Do what a G or M code asks for that is no motion."""
         if letter == "G" and value in range(5):
             return
@@ -217,12 +207,7 @@ class _Machine:
         feed = math.inf if self.motion == 0 else self.feed
         self.draft.moves.append(Move(shape, down, feed, self.line))
 
-    def arc(
-        self,
-        start: complex,
-        end: complex,
-        values: dict[str, float],
-    ) -> Arc:
+    def arc(self, start: complex, end: complex, values: dict[str, float]) -> Arc:
         if values.get("P", 1) != 1:
             raise self.error(f"P{values['P']:g}: an arc of more than one turn is not read")
         by_centre = bool({"I", "J"} & set(values))
@@ -237,11 +222,7 @@ class _Machine:
         elif whole:
             raise self.error("an arc with R whose start is its end: give I and J")
         else:
-            centre = self.centre_by_radius(
-                start,
-                end,
-                self.metres(values["R"]),
-            )
+            centre = self.centre_by_radius(start, end, self.metres(values["R"]))
         radius = abs(start - centre)
         radius_at_end = abs(end - centre)
         tolerance = max(ROUGH, RIGHT * radius)
@@ -265,19 +246,9 @@ class _Machine:
             turn = 2 * math.pi
         first = cmath.phase(start - centre)
         radius = abs(start - centre)
-        return Arc(
-            (centre.real, centre.imag),
-            radius,
-            first,
-            first + turn,
-        )
+        return Arc((centre.real, centre.imag), radius, first, first + turn)
 
-    def centre_by_radius(
-        self,
-        start: complex,
-        end: complex,
-        radius: float,
-    ) -> complex:
+    def centre_by_radius(self, start: complex, end: complex, radius: float) -> complex:
         """Return the centre of the shorter arc with this radius; of the longer one for R < 0."""
         half = abs(end - start) / 2
         if abs(radius) < half - max(ROUGH, RIGHT * half):

@@ -32,10 +32,7 @@ def read_csv(file: TextFile, units: Mapping[str, str] | Sequence[str] = ()) -> D
     draft = Draft(table.name, notes=list(table.notes))
     if "t" in table.values:
         draft.notes.append("the times in it are not used: from_csv follows them")
-    points = np.stack(
-        [table.values["x"], table.values["y"]],
-        axis=-1,
-    )
+    points = np.stack([table.values["x"], table.values["y"]], axis=-1)
     missing = np.flatnonzero(np.isnan(points).any(axis=1))
     if len(missing):
         raise table.error(missing[0], "x or y is missing")

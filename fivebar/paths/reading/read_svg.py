@@ -78,10 +78,7 @@ def _tree(text, name):
 
     def start(tag, attributes):
         values = {qualified(key): value for key, value in attributes.items()}
-        builder.start(
-            qualified(tag),
-            values | {LINE: str(parser.CurrentLineNumber)},
-        )
+        builder.start(qualified(tag), values | {LINE: str(parser.CurrentLineNumber)})
 
     def end(tag):
         builder.end(qualified(tag))
@@ -169,13 +166,7 @@ def _metres_per_pixel(svg, draft, units):
     return float(size[1]) * METRES[size[2]] / float(svg.width)
 
 
-def _add(
-    element,
-    metres,
-    origin,
-    draft,
-    passed,
-):
+def _add(element, metres, origin, draft, passed):
     """Add the moves along a shape's outline, and list what of its look is not drawn."""
     values = element.values
     matrix = element.transform
@@ -210,12 +201,7 @@ def _add(
             shape = Bezier(np.array(controls))
         elif kind == "QuadraticBezier":
             control = place(segment.control)
-            controls = [
-                start,
-                (start + 2 * control) / 3,
-                (end + 2 * control) / 3,
-                end,
-            ]
+            controls = [start, (start + 2 * control) / 3, (end + 2 * control) / 3, end]
             shape = Bezier(np.array(controls))
         elif kind == "Arc" and segment.sweep:
             shape = _ellipse(segment, direction, place)
@@ -253,10 +239,7 @@ def _ellipse(arc, direction, place):
     """Return an elliptical arc by its conjugate radii, which any affine transform keeps."""
     along = arc.prx - arc.center
     across = arc.pry - arc.center
-    side = math.copysign(
-        1.0,
-        along.x * across.y - along.y * across.x,
-    )
+    side = math.copysign(1.0, along.x * across.y - along.y * across.x)
     centre = place(arc.center)
     a = direction(along)
     b = direction(across)
@@ -270,10 +253,4 @@ def _ellipse(arc, direction, place):
     sine = (a.conjugate() * radius).imag / area
     cosine = (radius.conjugate() * b).imag / area
     t0 = math.atan2(sine, cosine)
-    return Ellipse(
-        centre,
-        a,
-        b,
-        t0,
-        t0 + side * float(arc.sweep),
-    )
+    return Ellipse(centre, a, b, t0, t0 + side * float(arc.sweep))

@@ -47,11 +47,7 @@ class Stretches:
         return self.last - self.first
 
     def taken(self, at: np.ndarray) -> Stretches:
-        return Stretches(
-            self.piece[at],
-            self.first[at],
-            self.last[at],
-        )
+        return Stretches(self.piece[at], self.first[at], self.last[at])
 
     def parted(self, parts: np.ndarray) -> Stretches:
         """Return each stretch in so many equal parts (n,), 1 or more."""
@@ -59,32 +55,18 @@ class Stretches:
         index = np.repeat(np.arange(len(parts)), cuts)
         before = np.repeat(np.cumsum(cuts) - cuts, cuts)
         k = np.arange(len(index)) - before + 1
-        return self.cut(
-            index,
-            self.first[index] + self.length[index] * k / parts[index],
-        )
+        return self.cut(index, self.first[index] + self.length[index] * k / parts[index])
 
     def cut(self, index: np.ndarray, places: np.ndarray) -> Stretches:
         """Return the stretches, cut at places inside the stretches `index`."""
         order = np.lexsort((places, index))
         index = index[order]
         places = places[order]
-        piece = np.insert(
-            self.piece,
-            index + 1,
-            self.piece[index],
-        )
-        first = np.insert(
-            self.first,
-            index + 1,
-            places,
-        )
+        piece = np.insert(self.piece, index + 1, self.piece[index])
+        first = np.insert(self.first, index + 1, places)
         # The last stretch of a piece ends where it did.
         last = np.append(first[1:], np.nan)
-        ends = np.append(
-            piece[1:] != piece[:-1],
-            True,
-        )
+        ends = np.append(piece[1:] != piece[:-1], True)
         last[ends] = self.last[np.append(np.diff(self.piece), 1) != 0]
         return Stretches(piece, first, last)
 
@@ -116,10 +98,7 @@ class Bernstein(NamedTuple):
 
 
 def asked(
-    robot: Robot,
-    xi: tuple[Series, Series],
-    working: tuple[int, int],
-    tip: tuple[Series, Series],
+    robot: Robot, xi: tuple[Series, Series], working: tuple[int, int], tip: tuple[Series, Series]
 ) -> dict[str, Series]:
     """Return {name: Series}, of two terms less than the place; tip: the place of what is led.
 
@@ -127,18 +106,8 @@ def asked(
     q2, p1, p2 (first and second derivative of q); d1, d2 (det A times q1, q2); w0, w1, w2 (squares
     of |tip_s|, q1 and q2); g, m, k (|tip_s| and the parts of tip_ss along and across tip_s).
     """
-    left, q1_s = _leg(
-        robot.drives[0],
-        robot.distal[0],
-        working[0],
-        xi,
-    )
-    right, q2_s = _leg(
-        robot.drives[1],
-        robot.distal[1],
-        working[1],
-        xi,
-    )
+    left, q1_s = _leg(robot.drives[0], robot.distal[0], working[0], xi)
+    right, q2_s = _leg(robot.drives[1], robot.distal[1], working[1], xi)
     legs = left, right
     terms = len(xi[0].m) - 2
     x_s = xi[0].slope()
@@ -147,26 +116,15 @@ def asked(
     q_ss = (q1_s.slope(), q2_s.slope())
     xi_s = (x_s.cut(terms), y_s.cut(terms))
     q_s = (q1_s.cut(terms), q2_s.cut(terms))
-    pose = Pose(
-        robot,
-        xi,
-        lambda: (legs, ()),
-    )
+    pose = Pose(robot, xi, lambda: (legs, ()))
     zero = (0.0 * xi_ss[0],) * 2
     physics = loads_of(robot)
     bare = _without(robot, "gravity", *RUBS)
     pushes = has_moving_mass(robot)
 
     def torques(robot_, rates, accelerations):
-        at = Pose(
-            robot_,
-            xi,
-            lambda: (legs, ()),
-        )
-        return bar_force_dynamics(
-            Accelerations(Rates(at, *rates), *accelerations),
-            (0.0, 0.0),
-        )
+        at = Pose(robot_, xi, lambda: (legs, ()))
+        return bar_force_dynamics(Accelerations(Rates(at, *rates), *accelerations), (0.0, 0.0))
 
     det_A = pose.det_A if pushes else 1.0 + zero[0]
     parts = {
@@ -174,17 +132,9 @@ def asked(
         "b": torques(bare, (q_s, xi_s), (q_ss, xi_ss)),
     }
     if physics.has_gravity:
-        parts["c"] = torques(
-            _without(robot, *RUBS),
-            (zero, zero),
-            (zero, zero),
-        )
+        parts["c"] = torques(_without(robot, *RUBS), (zero, zero), (zero, zero))
     if any_named(physics.viscous, physics.elbows):
-        parts["v"] = _viscous(
-            physics,
-            Rates(pose, q_s, xi_s),
-            zero,
-        )
+        parts["v"] = _viscous(physics, Rates(pose, q_s, xi_s), zero)
     found = {"D": det_A}
     (x1, y1), (x2, y2) = pose.u2
     for name, ((fx, fy), (tau1, tau2)) in parts.items():
@@ -195,28 +145,16 @@ def asked(
     for k in (0, 1):
         if named(physics.coulomb[k]):
             found[f"f{k + 1}"] = det_A * physics.coulomb[k]
-    found |= {
-        "q1": q_s[0],
-        "q2": q_s[1],
-        "p1": q_ss[0],
-        "p2": q_ss[1],
-    }
+    found |= {"q1": q_s[0], "q2": q_s[1], "p1": q_ss[0], "p2": q_ss[1]}
     found |= {"d1": det_A * q_s[0], "d2": det_A * q_s[1]}
-    found |= {
-        "w1": q_s[0] * q_s[0],
-        "w2": q_s[1] * q_s[1],
-    }
+    found |= {"w1": q_s[0] * q_s[0], "w2": q_s[1] * q_s[1]}
     slopes = tip[0].slope(), tip[1].slope()
     tip_ss = slopes[0].slope(), slopes[1].slope()
     tip_s = slopes[0].cut(terms), slopes[1].cut(terms)
     found["w0"] = dot(tip_s, tip_s)
     size = found["w0"].sqrt()
     scale = size.inverse()
-    return found | {
-        "g": size,
-        "m": dot(tip_s, tip_ss) * scale,
-        "k": cross(tip_s, tip_ss) * scale,
-    }
+    return found | {"g": size, "m": dot(tip_s, tip_ss) * scale, "k": cross(tip_s, tip_ss) * scale}
 
 
 def asked_on(
@@ -258,10 +196,7 @@ def _leg(drive, bar, mode, xi):
         ux = (x - dx) / bar
         uy = (y - dy) / bar
         direction = dx / length, dy / length
-        slope = cross(
-            direction,
-            (direction[0].slope(), direction[1].slope()),
-        )
+        slope = cross(direction, (direction[0].slope(), direction[1].slope()))
         direction = direction[0].cut(terms), direction[1].cut(terms)
     distal = ux.cut(terms), uy.cut(terms)
     return DrivenLeg(drive, None, direction, lambda: distal), slope
@@ -284,20 +219,14 @@ def _viscous(physics, rates, zero):
             (x, y), share = rates.pose.u2[i], resists / bar
             leg = rates.pose.legs[i]
             _, beside = drive.velocity_coefficients(leg.sine, leg.cosine)
-            force = [
-                force[0] - share * y,
-                force[1] + share * x,
-            ]
+            force = [force[0] - share * y, force[1] + share * x]
             torque = torque - share * beside - resists
         torques.append(torque)
     return tuple(force), tuple(torques)
 
 
 def enclosed(
-    robot: Robot,
-    path: Path,
-    stretches: Stretches,
-    working: tuple[int, int],
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
 ) -> dict[str, Bernstein]:
     """Return all that `asked` names, on stretches; nan where a leg may be in line or out of reach.
 
@@ -319,11 +248,5 @@ def enclosed(
         first = m[:n]
         last = m[n:]
         middle = (first + last - second.m[2] * square) / 2
-        found[name] = Bernstein(
-            first,
-            middle,
-            last,
-            second.r[2] * square,
-            np.maximum(r[:n], r[n:]),
-        )
+        found[name] = Bernstein(first, middle, last, second.r[2] * square, np.maximum(r[:n], r[n:]))
     return found

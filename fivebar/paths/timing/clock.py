@@ -16,15 +16,7 @@ from .lower_bound import duration
 
 NEVER = 1e-12  # s
 # Of the power series of Stumpff's c2 and c3.
-COEFFICIENTS = np.array(
-    [
-        (
-            1 / factorial(2 * j + 2),
-            1 / factorial(2 * j + 3),
-        )
-        for j in range(9)
-    ]
-)
+COEFFICIENTS = np.array([(1 / factorial(2 * j + 2), 1 / factorial(2 * j + 3)) for j in range(9)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +41,7 @@ class Clock:
     @cached_property
     def taken(self) -> np.ndarray:
         """Return the time of each stretch (n,), s, without averaging."""
-        stretches = zip(
-            self.length,
-            self.x[:-1],
-            self.x[1:],
-            self.bent,
-        )
+        stretches = zip(self.length, self.x[:-1], self.x[1:], self.bent)
         return np.array([duration(*stretch) for stretch in stretches])
 
     @cached_property
@@ -78,10 +65,7 @@ class Clock:
 
     def passed(self, k: np.ndarray) -> np.ndarray:
         """Return the times of nodes k (m,)."""
-        plain = np.append(
-            self._starts[:-1],
-            self._starts[-2] + self.taken[-1],
-        )[k]
+        plain = np.append(self._starts[:-1], self._starts[-2] + self.taken[-1])[k]
         if not self.smooth:
             return plain
         low = plain
@@ -96,36 +80,16 @@ class Clock:
     @property
     def breaks(self) -> np.ndarray:
         """Times between which all derivatives go on, s."""
-        edges = np.concatenate(
-            [
-                self._starts[:-1],
-                self._starts[:-1] + self.taken,
-            ]
-        )
-        return np.unique(
-            np.clip(
-                np.concatenate([edges, edges + self.smooth]),
-                0.0,
-                self.end,
-            )
-        )
+        edges = np.concatenate([self._starts[:-1], self._starts[:-1] + self.taken])
+        return np.unique(np.clip(np.concatenate([edges, edges + self.smooth]), 0.0, self.end))
 
     def along(self, t: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return (stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
         if not self.smooth:
             return self._plain(t)
         s, speed, push, _ = self._mean(t)
-        k = np.clip(
-            np.searchsorted(self.s, s, side="right") - 1,
-            0,
-            len(self.length) - 1,
-        )
-        return (
-            k,
-            np.clip(s - self.s[k], 0.0, self.length[k]),
-            np.maximum(speed, 0.0),
-            push,
-        )
+        k = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.length) - 1)
+        return (k, np.clip(s - self.s[k], 0.0, self.length[k]), np.maximum(speed, 0.0), push)
 
     def jerk(self, t: np.ndarray) -> np.ndarray:
         """s''' of the averaged motion."""
@@ -143,38 +107,18 @@ class Clock:
     def _plain(self, t):
         begins = self._starts[:-1]
         taken = self.taken
-        k = np.maximum(
-            np.searchsorted(begins, t, side="right") - 1,
-            0,
-        )
-        dt = np.clip(
-            t - begins[k],
-            0.0,
-            taken[k],
-        )
+        k = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
+        dt = np.clip(t - begins[k], 0.0, taken[k])
         bent = self.bent[k]
         v0 = np.sqrt(self.x[k])
         u0 = self._push[k]
         c0, c1, c2, _ = _stumpff(bent * dt * dt)
-        gone = np.clip(
-            v0 * dt * c1 + u0 * dt * dt * c2,
-            0.0,
-            self.length[k],
-        )
+        gone = np.clip(v0 * dt * c1 + u0 * dt * dt * c2, 0.0, self.length[k])
         push = u0 + bent * gone
         speed = v0 * c0 + u0 * dt * c1
-        speed = np.where(
-            dt < taken[k],
-            np.maximum(speed, 0.0),
-            np.sqrt(self.x[k + 1]),
-        )
+        speed = np.where(dt < taken[k], np.maximum(speed, 0.0), np.sqrt(self.x[k + 1]))
         rests = (t < begins[k]) | (t > begins[k] + taken[k] + NEVER)
-        return (
-            k,
-            gone,
-            np.where(rests, 0.0, speed),
-            np.where(rests, 0.0, push),
-        )
+        return (k, gone, np.where(rests, 0.0, speed), np.where(rests, 0.0, push))
 
     @cached_property
     def _push(self):
@@ -191,13 +135,7 @@ class Clock:
         """Return the integrals up to where each stretch begins."""
         on_stretches = self._own_sum(np.arange(len(self.taken)), self.taken)
         rests = np.diff(self._starts) - self.taken
-        return np.cumsum(
-            np.insert(
-                on_stretches + rests * self.s[1:],
-                0,
-                0.0,
-            )
-        )
+        return np.cumsum(np.insert(on_stretches + rests * self.s[1:], 0, 0.0))
 
     def _own_sum(self, k, dt):
         """Return the integral of s on stretch k, dt after its begin."""
@@ -214,16 +152,8 @@ def _stumpff(z):
     root = np.sqrt(np.abs(z))
     small = root < 0.5
     r = np.where(small, 1.0, root)
-    bounded = np.where(
-        z > 0,
-        np.minimum(r, 700.0),
-        0.0,
-    )
-    c0 = np.where(
-        z > 0,
-        np.cosh(bounded),
-        np.cos(r),
-    )
+    bounded = np.where(z > 0, np.minimum(r, 700.0), 0.0)
+    c0 = np.where(z > 0, np.cosh(bounded), np.cos(r))
     c1 = np.where(z > 0, np.sinh(bounded), np.sin(r)) / r
     sign = np.where(z > 0, 1.0, -1.0)
     c2 = sign * (c0 - 1) / r**2

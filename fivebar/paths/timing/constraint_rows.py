@@ -15,15 +15,7 @@ from ...constraints.constraints import Constraints, at_joints
 from .bounds import Bernstein
 
 DIRECTIONS = 16  # in which an acceleration is limited first
-NEAR = (
-    0.0,
-    0.01,
-    -0.01,
-    0.04,
-    -0.04,
-    0.15,
-    -0.15,
-)  # rad, beside the direction that it had last
+NEAR = (0.0, 0.01, -0.01, 0.04, -0.04, 0.15, -0.15)  # rad, beside the direction that it had last
 PARTS = "a", "b", "v", "c"
 
 
@@ -60,10 +52,7 @@ class Limits:
         names: tuple[str, ...] = "torque", "stall", "joint_acceleration", "acceleration"
         if speeds:
             names = "joint_speed", "speed", "no_load"
-        return replace(
-            self,
-            **{name: _scaled(getattr(self, name), share) for name in names},
-        )
+        return replace(self, **{name: _scaled(getattr(self, name), share) for name in names})
 
 
 def _scaled(limit, share):
@@ -122,11 +111,7 @@ def rows_of(
                 # Where a joint may turn round, friction helps or hinders: the worse of both counts
                 # inside, the better one outside.
                 either = (1.0 if inside else -1.0) * np.abs(share) * side
-                friction = np.where(
-                    turns[k],
-                    share * turns[k],
-                    either,
-                )
+                friction = np.where(turns[k], share * turns[k], either)
                 row["c"].append((friction, found[f"f{joint}"]))
             if limits.no_load is not None and limit is limits.stall:
                 # tau / stall + q' / no_load <= 1, times det A.
@@ -139,52 +124,22 @@ def rows_of(
             by_x: list[tuple] = [(share, found[f"p{joint}"])]
             rows.append(({"a": by_u, "b": by_x, "c": minus_one}, False))
     if limits.acceleration is not None:
-        half = (
-            np.diff(
-                directions,
-                axis=0,
-                append=directions[:1] + 2 * np.pi,
-            )
-            / 2
-            * inside
-        )
+        half = np.diff(directions, axis=0, append=directions[:1] + 2 * np.pi) / 2 * inside
         for angle, opening in zip(directions + half, half):
             along = np.cos(angle) / limits.acceleration
             across = np.sin(angle) / limits.acceleration
             by_u = [(along, found["g"])]
             by_x = [(along, found["m"]), (across, found["k"])]
-            rows.append(
-                (
-                    {
-                        "a": by_u,
-                        "b": by_x,
-                        "c": [(-np.cos(opening), None)],
-                    },
-                    False,
-                )
-            )
+            rows.append(({"a": by_u, "b": by_x, "c": [(-np.cos(opening), None)]}, False))
         for sign in (1.0, -1.0):
             share = sign / limits.acceleration
             alone.append(({"b": [(share, found["k"])], "c": minus_one}, False))
     if limits.joint_speed is not None:
         for k in (0, 1):
             share = limits.joint_speed[k] ** -2
-            alone.append(
-                (
-                    {
-                        "b": [(share, found[f"w{k + 1}"])],
-                        "c": minus_one,
-                    },
-                    False,
-                )
-            )
+            alone.append(({"b": [(share, found[f"w{k + 1}"])], "c": minus_one}, False))
     if np.isfinite(speed).any():
-        alone.append(
-            (
-                {"b": [(speed**-2.0, found["w0"])], "c": minus_one},
-                False,
-            )
-        )
+        alone.append(({"b": [(speed**-2.0, found["w0"])], "c": minus_one}, False))
     return _stacked(rows, n), _stacked(alone, n)
 
 
@@ -203,9 +158,4 @@ def _stacked(rows, n):
                 parts[part][2, r] += share * value.last
                 bend[part][r] += np.abs(share) * value.bend
                 slack[part][r] += np.abs(share) * value.slack
-    return ConstraintRows(
-        parts,
-        bend,
-        slack,
-        np.array([torque for _, torque in rows], dtype=bool),
-    )
+    return ConstraintRows(parts, bend, slack, np.array([torque for _, torque in rows], dtype=bool))

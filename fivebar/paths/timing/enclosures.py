@@ -46,10 +46,7 @@ class Series:
         other = self._like(other)
         k = min(len(self.m), len(other.m))
         m = self.m[:k] + other.m[:k]
-        return Series(
-            m,
-            self.r[:k] + other.r[:k] + EPS * np.abs(m),
-        )
+        return Series(m, self.r[:k] + other.r[:k] + EPS * np.abs(m))
 
     __radd__ = __add__
 
@@ -62,10 +59,7 @@ class Series:
     def __mul__(self, other):
         if not isinstance(other, Series):
             m = self.m * other
-            return Series(
-                m,
-                self.r * np.abs(other) + EPS * np.abs(m),
-            )
+            return Series(m, self.r * np.abs(other) + EPS * np.abs(m))
         count = min(len(self.m), len(other.m))
         m, r = np.empty((2, count, max(self.m.shape[1], other.m.shape[1])))
         size = np.abs(self.m)
@@ -86,38 +80,22 @@ class Series:
 
     def inverse(self) -> Series:
         """Return 1 / f, nan where f may be 0."""
-        first = _monotone(
-            lambda v: 1 / v,
-            self.m[0],
-            self.r[0],
-            lambda low, high: low * high > 0,
-        )
+        first = _monotone(lambda v: 1 / v, self.m[0], self.r[0], lambda low, high: low * high > 0)
         return _term_by_term(self, first, inverse=True)
 
     def sqrt(self) -> Series:
         """Return the root of f, nan where f may be 0 or less."""
-        first = _monotone(
-            np.sqrt,
-            self.m[0],
-            self.r[0],
-            lambda low, high: low > 0,
-        )
+        first = _monotone(np.sqrt, self.m[0], self.r[0], lambda low, high: low > 0)
         return _term_by_term(self, first, inverse=False)
 
     def slope(self) -> Series:
         """Return f', with a coefficient less."""
         orders = np.arange(1, len(self.m))[:, None]
         rounding = EPS * np.abs(self.m[1:]) * orders
-        return Series(
-            self.m[1:] * orders,
-            self.r[1:] * orders * (1 + EPS) + rounding,
-        )
+        return Series(self.m[1:] * orders, self.r[1:] * orders * (1 + EPS) + rounding)
 
     def cut(self, terms: int) -> Series:
-        return Series(
-            self.m[:terms],
-            self.r[:terms],
-        )
+        return Series(self.m[:terms], self.r[:terms])
 
 
 def _monotone(function, m, r, fits):
@@ -155,18 +133,11 @@ def _term_by_term(given, first, inverse):
             total = term if total is None else total + term
         terms.append(-total * scale)
     middles = np.concatenate([term.m for term in terms])
-    return Series(
-        middles,
-        np.concatenate([term.r for term in terms]),
-    )
+    return Series(middles, np.concatenate([term.r for term in terms]))
 
 
 def place_series(
-    path: Path,
-    piece: np.ndarray,
-    first: np.ndarray,
-    last: np.ndarray,
-    terms: int,
+    path: Path, piece: np.ndarray, first: np.ndarray, last: np.ndarray, terms: int
 ) -> tuple[Series, Series]:
     """Return (x, y) of the path that is drawn on stretches [first, last] (n,) of pieces (n,).
 
@@ -179,22 +150,11 @@ def place_series(
     on_arc = is_arc[piece]
     if on_arc.any():
         k = own[piece[on_arc]]
-        series = _on_arcs(
-            arcs[k].T,
-            middle[on_arc],
-            radius[on_arc],
-            terms,
-        )
+        series = _on_arcs(arcs[k].T, middle[on_arc], radius[on_arc], terms)
         m[..., on_arc], r[..., on_arc] = series
     if not on_arc.all():
         k = own[piece[~on_arc]]
-        series = _on_polynomials(
-            tables[k, 0],
-            lengths[k],
-            middle[~on_arc],
-            radius[~on_arc],
-            terms,
-        )
+        series = _on_polynomials(tables[k, 0], lengths[k], middle[~on_arc], radius[~on_arc], terms)
         m[..., ~on_arc], r[..., ~on_arc] = series
     r += ROUND * np.abs(m)
     return Series(m[0], r[0]), Series(m[1], r[1])
@@ -216,13 +176,7 @@ def _on_arcs(arcs, middle, radius, terms):
     return m, r
 
 
-def _on_polynomials(
-    table,
-    length,
-    middle,
-    radius,
-    terms,
-):
+def _on_polynomials(table, length, middle, radius, terms):
     u = middle / length
     rho = radius / length
     n = table.shape[1]

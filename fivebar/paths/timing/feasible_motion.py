@@ -28,11 +28,7 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
     down = p < -TINY
     flat = np.abs(p) <= TINY
     with np.errstate(all="ignore"):
-        reach = np.where(
-            flat,
-            0.0,
-            -1 / p,
-        )
+        reach = np.where(flat, 0.0, -1 / p)
         # The x1 with which x0 = 0 is allowed.
         ends = -r / q
         first = np.where(q < -TINY, ends, 0.0).max(axis=1).tolist()
@@ -53,14 +49,7 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
         can_rest = always[i] and max(first[i], low[i + 1]) <= min(last[i], high[i + 1])
         if not can_rest:
             if lowest is None:
-                lowest = _corners(
-                    p,
-                    q,
-                    r,
-                    reach,
-                    top[1:],
-                    False,
-                )
+                lowest = _corners(p, q, r, reach, top[1:], False)
             x1 = min(max(lowest[i], low[i + 1]), high[i + 1])
             value = (r[i] + q[i] * x1) * reach[i]
             low[i] = max(value[down[i]].max(initial=0.0), 0.0)
@@ -71,37 +60,17 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
                 i = begins[i]
             low[i] = high[i] = max(high[i], 0.0)
         i -= 1
-    return _forwards(
-        p,
-        q,
-        r,
-        low,
-        high,
-        begins,
-        stuck,
-    )
+    return _forwards(p, q, r, low, high, begins, stuck)
 
 
-def _forwards(
-    p,
-    q,
-    r,
-    low,
-    high,
-    begins,
-    stuck,
-):
+def _forwards(p, q, r, low, high, begins, stuck):
     """Return the largest x from node to node, and the nodes from which none leads on."""
     n = len(p)
     x = [high[0]]
     closed = {begins[i] for i in stuck}
     up = q > TINY
     with np.errstate(all="ignore"):
-        reach = np.where(
-            up,
-            -1 / q,
-            0.0,
-        )
+        reach = np.where(up, -1 / q, 0.0)
     base = r * reach
     slope = p * reach
     for i in range(n):
@@ -117,14 +86,7 @@ def _forwards(
     return np.array(x), stuck
 
 
-def _corners(
-    p,
-    q,
-    r,
-    reach,
-    top,
-    largest,
-):
+def _corners(p, q, r, reach, top, largest):
     """Return for each polygon the x1 in [0, top] at which x0 is largest, or least, (n,)."""
     low = np.zeros(len(p))
     high = top.copy()
@@ -141,21 +103,9 @@ def _corners(
         value = r[left] + q_ * x1[:, None]
         x0 = value * reach_
         index = np.arange(len(left))
-        most = np.where(
-            p_ > TINY,
-            x0,
-            np.inf,
-        )
-        least = np.where(
-            p_ < -TINY,
-            x0,
-            -np.inf,
-        )
-        wrong = np.where(
-            np.abs(p_) <= TINY,
-            value,
-            -np.inf,
-        )
+        most = np.where(p_ > TINY, x0, np.inf)
+        least = np.where(p_ < -TINY, x0, -np.inf)
+        wrong = np.where(np.abs(p_) <= TINY, value, -np.inf)
         i = most.argmin(axis=1)
         j = least.argmax(axis=1)
         m = wrong.argmax(axis=1)
@@ -163,38 +113,14 @@ def _corners(
         slope_j = q_[index, j] * reach_[index, j]
         closed = most[index, i] < least[index, j]
         outside = wrong[index, m] > 0
-        slope = np.where(
-            closed,
-            slope_i - slope_j,
-            slope_i if largest else -slope_j,
-        )
-        slope = np.where(
-            outside,
-            -q_[index, m],
-            slope,
-        )
-        good[left] = np.where(
-            closed | outside,
-            good[left],
-            x1,
-        )
-        low[left] = np.where(
-            slope > 0,
-            x1,
-            low[left],
-        )
-        high[left] = np.where(
-            slope > 0,
-            high[left],
-            x1,
-        )
+        slope = np.where(closed, slope_i - slope_j, slope_i if largest else -slope_j)
+        slope = np.where(outside, -q_[index, m], slope)
+        good[left] = np.where(closed | outside, good[left], x1)
+        low[left] = np.where(slope > 0, x1, low[left])
+        high[left] = np.where(slope > 0, high[left], x1)
         if k == 0:
             # Most are done: x0 grows up to the top.
             left = left[(slope < 0) | closed | outside]
             if not len(left):
                 break
-    return np.where(
-        np.isnan(good),
-        (low + high) / 2,
-        good,
-    )
+    return np.where(np.isnan(good), (low + high) / 2, good)

@@ -47,10 +47,7 @@ def refuse_kinks(path) -> None:
     bends = path.on(before, lengths[:-1])[2], path.on(after, np.zeros(n - 1))[2]
     inner = path.on(np.arange(n), lengths / 2)[2]
     largest = max(np.abs(each).max() for each in (*bends, inner))
-    rests = np.isin(
-        path.knots[1:-1],
-        [stop.s for stop in path.stops],
-    )
+    rests = np.isin(path.knots[1:-1], [stop.s for stop in path.stops])
     bad = (np.abs(bends[1] - bends[0]).max(axis=1) > JUMP * largest) & ~rests
     if bad.any():
         k = int(np.argmax(bad))
@@ -85,12 +82,7 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
     widths = np.log(SHARES * motion.clock.taken.sum())
     k = int(np.argmin([time(w) for w in widths]))
     ends = widths[max(k - 1, 0)], widths[min(k + 1, len(widths) - 1)]
-    minimize_scalar(
-        time,
-        bounds=ends,
-        method="bounded",
-        options={"maxiter": STEPS},
-    )
+    minimize_scalar(time, bounds=ends, method="bounded", options={"maxiter": STEPS})
     best = min(tried.values(), key=lambda each: each.duration)
     if duration is None:
         return best
@@ -102,10 +94,7 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
             False,
         )
     rests = sum(stop.seconds for stop in motion.path.stops)
-    return replace(
-        best,
-        pace=best.pace * (duration - rests) / (best.duration - rests),
-    )
+    return replace(best, pace=best.pace * (duration - rests) / (best.duration - rests))
 
 
 def _paced(motion):
@@ -116,13 +105,7 @@ def _paced(motion):
     edges = np.union1d(motion.clock.breaks, motion.clock.passed(turns))
     edges = edges[np.append(True, np.diff(edges) > 1e-12)]
     places = max(PLACES, FEWEST // len(edges))
-    inside = np.concatenate(
-        [
-            [1e-6],
-            np.linspace(0, 1, places + 2)[1:-1],
-            [1 - 1e-6],
-        ]
-    )
+    inside = np.concatenate([[1e-6], np.linspace(0, 1, places + 2)[1:-1], [1 - 1e-6]])
     t = (edges[:-1, None] + np.diff(edges)[:, None] * inside).ravel()
     k, gone, speed, push = motion.clock.along(t)
     jerk = motion.clock.jerk(t)
@@ -134,18 +117,12 @@ def _paced(motion):
     u = push[:, None]
     j = jerk[:, None]
     rates = ikm(pose, xi_s * v)
-    acc = ikm2(
-        rates,
-        xi_ss * v**2 + xi_s * u,
-    )
+    acc = ikm2(rates, xi_ss * v**2 + xi_s * u)
     limits = motion.limits
     feed = np.array(motion.path.feed)[motion.piece[k]]
     tip = np.linalg.norm(tip_s, axis=1) * speed
     tip_ddot = tip_ss * v**2 + tip_s * u
-    shares = [
-        1e-9,
-        np.max(tip / np.minimum(feed, limits.speed or np.inf)),
-    ]
+    shares = [1e-9, np.max(tip / np.minimum(feed, limits.speed or np.inf))]
     if limits.joint_speed:
         shares.append(np.max(np.abs(rates.q_dot) / limits.joint_speed))
     if limits.joint_acceleration:
@@ -159,10 +136,7 @@ def _paced(motion):
     if limits.torque:
 
         def fits(pace):
-            slow = ikm2(
-                ikm(pose, xi_s * v / pace),
-                (xi_ss * v**2 + xi_s * u) / pace**2,
-            )
+            slow = ikm2(ikm(pose, xi_s * v / pace), (xi_ss * v**2 + xi_s * u) / pace**2)
             tau = inverse_dynamics(slow)
             shares = np.abs(tau) / limits.torque
             if limits.stall:

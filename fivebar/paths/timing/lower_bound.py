@@ -25,13 +25,7 @@ from .constraint_rows import PARTS, ConstraintRows
 # Of the limits, by which they are widened here and narrowed where a motion is made: rounding.
 MARGIN = 1e-9
 # Bernstein coefficients of t (1 - t).
-BUMP = (
-    0.0,
-    0.25,
-    1 / 3,
-    0.25,
-    0.0,
-)
+BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)
 FREE = (math.inf, math.inf, math.inf)  # a parabola that bounds nothing
 
 
@@ -79,16 +73,8 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> tuple[np.ndarray, list[
                 negative = Q < 0
                 none = convex & negative & ((V >= 0) | (discriminant < 0))
                 none |= (P == 0) & (V >= 0) & negative
-                bound = np.where(
-                    convex,
-                    root * root,
-                    np.inf,
-                )
-                bound = np.where(
-                    none,
-                    -1.0,
-                    bound,
-                )
+                bound = np.where(convex, root * root, np.inf)
+                bound = np.where(none, -1.0, bound)
                 opposed = (up > 0) & (down > 0)
                 if V.any():
                     gap = opposed & (P < 0) & (V > 0)
@@ -101,20 +87,12 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> tuple[np.ndarray, list[
                     limits = np.stack([low[gap], high[gap]], axis=-1)
                     for i, pair in zip(stretch.tolist(), limits.tolist()):
                         gaps[i + end].append(pair)
-                bound = np.where(
-                    opposed,
-                    bound,
-                    np.inf,
-                )
+                bound = np.where(opposed, bound, np.inf)
                 best = np.minimum(best, bound.min(axis=0))
             if alone.parts["b"].shape[1]:
                 w = alone.parts["b"][at]
                 limit = MARGIN - alone.parts["c"][at]
-                bound = np.where(
-                    w > 0,
-                    limit / w,
-                    np.inf,
-                )
+                bound = np.where(w > 0, limit / w, np.inf)
                 best = np.minimum(best, bound.min(axis=0))
             result.append(best * (1 + MARGIN))
     return np.array(result), gaps
@@ -128,13 +106,7 @@ def _below_gaps(x, gaps):
     return x
 
 
-def _without_u(
-    a,
-    da,
-    f,
-    df,
-    k,
-):
+def _without_u(a, da, f, df, k):
     """Return the least f of row k, a > 0, and of each other row, weighted so that u drops out."""
     lowest = f - df
     least = a[k] * lowest - a * lowest[k]
@@ -161,62 +133,29 @@ def ceiling(
     ahead = [FREE] * n
     behind = [FREE] * n
     for i in range(n):
-        ahead[i] = _above(
-            x[i],
-            forward[i],
-            h[i],
-        )
+        ahead[i] = _above(x[i], forward[i], h[i])
         end = min(x[i + 1], ahead[i][2])
         x[i + 1] = _below_gaps(end, gaps[i + 1])
         if x[i + 1] < 0:
-            return Ceiling(
-                np.array(x),
-                np.zeros(n),
-                np.zeros(n),
-                i,
-            )
+            return Ceiling(np.array(x), np.zeros(n), np.zeros(n), i)
     for i in reversed(range(n)):
-        behind[i] = _above(
-            x[i + 1],
-            backward[i],
-            h[i],
-        )
+        behind[i] = _above(x[i + 1], backward[i], h[i])
         start = min(x[i], behind[i][2])
         x[i] = _below_gaps(start, gaps[i])
         if x[i] < 0:
-            return Ceiling(
-                np.array(x),
-                np.zeros(n),
-                np.zeros(n),
-                i,
-            )
+            return Ceiling(np.array(x), np.zeros(n), np.zeros(n), i)
     time = np.zeros(n)
     size = np.zeros(n)
     for i in range(n):
-        ahead[i] = _above(
-            x[i],
-            forward[i],
-            h[i],
-        )
-        time[i] = _least_time(
-            x[i],
-            ahead[i],
-            x[i + 1],
-            behind[i],
-            h[i],
-        )
+        ahead[i] = _above(x[i], forward[i], h[i])
+        time[i] = _least_time(x[i], ahead[i], x[i + 1], behind[i], h[i])
         slopes = [*ahead[i][:2], *behind[i][:2]]
         sizes = [abs(u) for u in slopes if math.isfinite(u)]
         size[i] = max(sizes, default=math.inf)
     if alone.parts["b"].shape[1]:
         cruise = _cruise(alone, length)
         time = np.maximum(time, cruise)
-    return Ceiling(
-        np.array(x),
-        time,
-        size,
-        None,
-    )
+    return Ceiling(np.array(x), time, size, None)
 
 
 def _lists(rows, way):
@@ -232,16 +171,7 @@ def _lists(rows, way):
     fits = positive & counts
     bend = np.stack([rows.bend[name] for name in PARTS])
     slack = np.stack([rows.slack[name] for name in PARTS])
-    table = np.concatenate(
-        [
-            a,
-            b,
-            v,
-            c,
-            bend,
-            slack,
-        ]
-    )
+    table = np.concatenate([a, b, v, c, bend, slack])
     table = table.transpose(2, 1, 0)
     return [stretch[kept].tolist() for stretch, kept in zip(table, fits.T)]
 
@@ -270,12 +200,7 @@ def _above(x0, rows, h):
     for guess, row in sorted(guesses):
         if x0 + h * guess >= best[2]:
             break
-        parabola = _parabola(
-            x0,
-            row,
-            h,
-            guess,
-        )
+        parabola = _parabola(x0, row, h, guess)
         best = min(best, parabola, key=_end)
     return best
 
@@ -287,16 +212,7 @@ def _end(parabola):
 def _parabola(x0, row, h, guess):
     """Return (u0, u1, x1) of one row, `guess` about u0 + u1; FREE where it bounds nothing."""
     a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1 = row[:12]
-    (
-        a_bend,
-        b_bend,
-        v_bend,
-        c_bend,
-        a_slack,
-        b_slack,
-        v_slack,
-        c_slack,
-    ) = row[12:]
+    (a_bend, b_bend, v_bend, c_bend, a_slack, b_slack, v_slack, c_slack) = row[12:]
     x1 = x0 + h * guess
     loose = 1e-3
     for _ in range(60):
@@ -340,12 +256,7 @@ def _parabola(x0, row, h, guess):
             left3 + speed3 + rest3,
             b1 * y + drag1 + c1,
         )
-        q = (
-            a0 / 4,
-            (a0 + 2 * am) / 6 + b0 * h / 6,
-            (2 * am + a1) / 4 + bm * h / 2,
-            a1 + b1 * h,
-        )
+        q = (a0 / 4, (a0 + 2 * am) / 6 + b0 * h / 6, (2 * am + a1) / 4 + bm * h / 2, a1 + b1 * h)
         if min(q) <= 0:
             return FREE
         terms = zip(BUMP[1:], p, q)
@@ -357,21 +268,13 @@ def _parabola(x0, row, h, guess):
         below = max(x0, end, y) <= high
         if steepest <= size and above and below:
             return u0, u1, end
-        guess = math.copysign(
-            max(slope, steepest),
-            guess,
-        )
+        guess = math.copysign(max(slope, steepest), guess)
         loose = loose * 2
         x1 = end
     return FREE
 
 
-def duration(
-    h: float,
-    x0: float,
-    x1: float,
-    bent: float,
-) -> float:
+def duration(h: float, x0: float, x1: float, bent: float) -> float:
     """Return the time, s, over a stretch h on which x goes from x0 to x1 with x_ss = 2 bent."""
     total = math.sqrt(max(x0, 0.0)) + math.sqrt(max(x1, 0.0))
     if total == 0:
@@ -388,13 +291,7 @@ def duration(
     return 2 * half * math.atan(root) / root
 
 
-def _least_time(
-    x0,
-    ahead,
-    x1,
-    behind,
-    h,
-):
+def _least_time(x0, ahead, x1, behind, h):
     """Return the least time below both curves, from x0 on and back from x1."""
     curves = []
     bounds = []
@@ -402,12 +299,7 @@ def _least_time(
         lowest = min(start + h * u0, start, end)
         if end < math.inf and lowest >= 0:
             bent = (u1 - u0) / h
-            time = duration(
-                h,
-                start,
-                end,
-                bent,
-            )
+            time = duration(h, start, end, bent)
             bounds.append(time)
             curves.append((start, u0, bent, end))
     if len(curves) == 2 and curves[0][3] > x1 and curves[1][3] > x0:
@@ -424,18 +316,8 @@ def _least_time(
             s = -2 * c / (b + math.sqrt(root))
         if 0 < s < h:
             rest = h - s
-            before = duration(
-                s,
-                f0,
-                f0 + s * (2 * fu + s * fk),
-                fk,
-            )
-            after = duration(
-                rest,
-                g0,
-                g0 + rest * (2 * gu + rest * gk),
-                gk,
-            )
+            before = duration(s, f0, f0 + s * (2 * fu + s * fk), fk)
+            after = duration(rest, g0, g0 + rest * (2 * gu + rest * gk), gk)
             bounds.append(before + after)
     return max(bounds, default=0.0) * (1 - 1e-12)
 
@@ -452,9 +334,5 @@ def _cruise(alone, length):
     roots = np.sqrt(first) + np.sqrt(last)
     squares = first + np.sqrt(first * last) + last
     with np.errstate(all="ignore"):
-        mean = np.where(
-            roots > 0,
-            2 / 3 * squares / roots,
-            0.0,
-        )
+        mean = np.where(roots > 0, 2 / 3 * squares / roots, 0.0)
     return (mean * length).max(axis=0)

@@ -11,13 +11,7 @@ import numpy as np
 
 from ...models.physics import physics_of
 from .bounds import Bernstein, Stretches, enclosed
-from .refusals import (
-    VOID,
-    refuse_touching,
-    refuse_undecided,
-    refuse_unreachable,
-    where,
-)
+from .refusals import VOID, refuse_touching, refuse_undecided, refuse_unreachable, where
 from .sign_changes import cut_at_signs, cut_where_missed
 
 if TYPE_CHECKING:
@@ -58,13 +52,7 @@ class Mesh:
     @property
     def side(self) -> np.ndarray:
         D = self.factors["D"]
-        return np.sign(
-            np.where(
-                np.abs(D.first) > np.abs(D.last),
-                D.first,
-                D.last,
-            )
-        )
+        return np.sign(np.where(np.abs(D.first) > np.abs(D.last), D.first, D.last))
 
     @property
     def turns(self) -> np.ndarray:
@@ -101,8 +89,7 @@ class Mesh:
         each = [self.found[name] for name in ("a1", "a2")]
         slopes = [2 * (a.middle[k] - a.first[k]) / self.stretches.length[k] for a in each]
         return min(
-            (abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope),
-            default=math.inf,
+            (abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope), default=math.inf
         )
 
     @cached_property
@@ -143,22 +130,13 @@ class Mesh:
 
     def split(self, parts: np.ndarray) -> Mesh:
         """With each stretch cut in so many parts (n,), 1 or more."""
-        return _enclosed(
-            self.robot,
-            self.path,
-            self.working,
-            self.stretches.parted(parts),
-        )
+        return _enclosed(self.robot, self.path, self.working, self.stretches.parted(parts))
 
 
 def _sign(value):
     """Of a function on stretches at whose ends it may be 0; 0 where it may change within."""
     none = ZERO * value.size().max()
-    return np.where(
-        value.least() >= -none,
-        1.0,
-        np.where(value.largest() <= none, -1.0, 0.0),
-    )
+    return np.where(value.least() >= -none, 1.0, np.where(value.largest() <= none, -1.0, 0.0))
 
 
 def _over_distance(value, after, before):
@@ -171,9 +149,7 @@ def _over_distance(value, after, before):
     at = after | before
     parts = [np.where(at, own, old) for own, old in zip((first, (first + last) / 2, last), value)]
     return Bernstein(
-        *parts,
-        np.where(at, 0.0, value.bend),
-        np.where(at, value.slack + value.bend, value.slack),
+        *parts, np.where(at, 0.0, value.bend), np.where(at, value.slack + value.bend, value.slack)
     )
 
 
@@ -184,41 +160,23 @@ def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
     """
     stretches = _first(path)
     refuse_unreachable(robot, path, stretches, working)
-    return _enclosed(
-        robot,
-        path,
-        working,
-        cut_at_signs(robot, path, stretches, working),
-    )
+    return _enclosed(robot, path, working, cut_at_signs(robot, path, stretches, working))
 
 
 def _first(path):
     lengths = np.diff(path.knots)
     rests = np.isin(path.knots, [stop.s for stop in path.stops])
-    least = np.where(
-        rests[:-1] & rests[1:],
-        2,
-        1,
-    )  # from rest to rest it has to move in between
+    least = np.where(rests[:-1] & rests[1:], 2, 1)  # from rest to rest it has to move in between
     count = np.maximum(np.ceil(FIRST * lengths / path.length).astype(int), least)
     piece = np.repeat(np.arange(len(lengths)), count)
     share = np.concatenate([np.arange(n + 1) / n for n in count])
     ends = np.repeat(np.array([p.length for p in path.pieces]), count + 1) * share
     last = np.cumsum(count + 1) - 1
     starts = np.delete(np.arange(len(ends)), last)
-    return Stretches(
-        piece,
-        ends[starts],
-        ends[starts + 1],
-    )
+    return Stretches(piece, ends[starts], ends[starts + 1])
 
 
-def _enclosed(
-    robot,
-    path,
-    working,
-    stretches,
-):
+def _enclosed(robot, path, working, stretches):
     """Return the Mesh on these stretches, split further where something is not decided."""
     while True:
         found = enclosed(robot, path, stretches, working)
@@ -228,10 +186,7 @@ def _enclosed(
         open_ = ~np.isfinite(np.sum([b.middle + b.bend for b in found.values()], axis=0))
         decided = (D.least() > 0) | (D.largest() < 0)
         # Beside such a node it is t times a function of degree 1.
-        for ends, here, there in (
-            (low[:-1], D.first, D.last),
-            (low[1:], D.last, D.first),
-        ):
+        for ends, here, there in ((low[:-1], D.first, D.last), (low[1:], D.last, D.first)):
             near = 2 * (D.middle - here)
             far = there - here
             decided |= ends & ~(low[:-1] & low[1:]) & (near * far > 0) & (np.abs(near) > D.bend)
@@ -245,10 +200,6 @@ def _enclosed(
             return mesh
         tiny = bad & (stretches.length < SHORTEST * path.length)
         if tiny.any():
-            refuse_undecided(
-                mesh,
-                int(np.argmax(tiny)),
-                bool(open_[np.argmax(tiny)]),
-            )
+            refuse_undecided(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
         stretches = stretches.parted(1 + bad)
         stretches = cut_where_missed(robot, path, stretches, working)

@@ -80,48 +80,20 @@ def polygons(
     u1 = (last - first + curve) / (2 * h)
     middle = (first + last - curve) / 2
     special = np.flatnonzero(crossing[:-1] | back)
-    at = np.where(
-        back,
-        near[1:],
-        near[:-1],
-    )
+    at = np.where(back, near[1:], near[:-1])
     for i in special:
-        u0[i] = _criterion(
-            mesh,
-            i,
-            bool(back[i]),
-            at[i],
-        )
+        u0[i] = _criterion(mesh, i, bool(back[i]), at[i])
         middle[i] = first[i] + length[i] * u0[i]
         u1[i] = (last[i] - first[i]) / length[i] - u0[i]
     size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
     ends = ROOM * np.maximum(above.x[:-1], above.x[1:])
-    high = np.maximum(
-        ends,
-        (above.x[:-1] + above.x[1:]) / 2 + above.size * length,
-    )
+    high = np.maximum(ends, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
     root, low, high = _root(rows, mesh, near, off, high, ends)
     u = np.stack([u0, u1])
     x = np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, a difference of both x over the length
-    of_rows = _left_sides(
-        rows,
-        u,
-        x,
-        size,
-        high,
-        root,
-        rounding,
-    )
-    of_alone = _left_sides(
-        alone,
-        u,
-        x,
-        size,
-        high,
-        root,
-        rounding,
-    )
+    of_rows = _left_sides(rows, u, x, size, high, root, rounding)
+    of_alone = _left_sides(alone, u, x, size, high, root, rounding)
     for i in special if rows.torque.any() else ():
         of_rows[:, rows.torque, i] = _quotients(
             rows,
@@ -146,37 +118,23 @@ def polygons(
         -u1 - _const(size),
     ]
     if off.any():
-        tied = np.where(
-            back,
-            mesh.tied[1:],
-            mesh.tied[:-1],
-        )
+        tied = np.where(back, mesh.tied[1:], mesh.tied[:-1])
         fixed = tied[:, None] * (first - _const(at))
         bounds += [fixed, -fixed]
         for value in x:
             bounds += [_const(low) - value, value - _const(high)]
-    forms = [
-        of_rows.reshape(-1, n, 3),
-        of_alone.reshape(-1, n, 3),
-        np.stack(bounds),
-    ]
+    forms = [of_rows.reshape(-1, n, 3), of_alone.reshape(-1, n, 3), np.stack(bounds)]
     table = np.concatenate(forms)
     curvature = (u1 - u0) / h
     table[:, back] = table[:, back][..., [1, 0, 2]]
     curvature[back] = curvature[back][:, [1, 0, 2]]
-    scale = np.abs(table[..., :2]).sum(
-        axis=-1,
-        keepdims=True,
-    )
+    scale = np.abs(table[..., :2]).sum(axis=-1, keepdims=True)
     table = table / np.where(scale > 0, scale, 1.0)
     return Polygons(table.transpose(1, 0, 2).copy(), curvature)
 
 
 def _const(value):
-    return np.stack(
-        [0 * value, 0 * value, value],
-        axis=-1,
-    )
+    return np.stack([0 * value, 0 * value, value], axis=-1)
 
 
 def _turned(rows, back):
@@ -184,11 +142,7 @@ def _turned(rows, back):
     parts = {}
     for name, values in rows.parts.items():
         sign = -1.0 if name == "a" else 1.0
-        parts[name] = np.where(
-            back,
-            values[::-1] * sign,
-            values,
-        )
+        parts[name] = np.where(back, values[::-1] * sign, values)
     return rows._replace(parts=parts)
 
 
@@ -201,10 +155,7 @@ def _weights(m, n, degree):
     weights = []
     for i, j in np.ndindex(m + 1, n + 1):
         part = comb(m, i) * comb(n, j) / comb(m + n, i + j)
-        for k in range(
-            i + j,
-            i + j + degree - m - n + 1,
-        ):
+        for k in range(i + j, i + j + degree - m - n + 1):
             raised = comb(m + n, i + j) * comb(degree - m - n, k - i - j) / comb(degree, k)
             weights.append((i, j, k, part * raised))
     return tuple(weights)
@@ -218,28 +169,13 @@ def _product(f, form, degree=4):
     return result
 
 
-def _left_sides(
-    rows,
-    u,
-    x,
-    size,
-    high,
-    root,
-    rounding,
-):
+def _left_sides(rows, u, x, size, high, root, rounding):
     """Return Bernstein coefficients (5, rows, n, 3) of upper bounds of the rows."""
     one = _const(np.ones((1, u.shape[1])))
     sides = _product(rows.parts["a"], u)
     sides = sides + _product(rows.parts["b"], x)
     sides = sides + _product(rows.parts["c"], one)
-    _add_friction(
-        sides,
-        rows.parts["v"],
-        x,
-        one,
-        root,
-        high,
-    )
+    _add_friction(sides, rows.parts["v"], x, one, root, high)
     bend = _width(rows.bend, size, high)
     slack = _width(rows.slack, size, high)
     loss = rounding * np.abs(rows.parts["a"]).max(axis=0)
@@ -251,14 +187,7 @@ def _width(table, size, high):
     return table["a"] * size + table["b"] * high + table["v"] * np.sqrt(high) + table["c"]
 
 
-def _root(
-    rows,
-    mesh,
-    near,
-    off,
-    high,
-    ends,
-):
+def _root(rows, mesh, near, off, high, ends):
     """Return ((2, 2, n) lines [p, q] above and below sqrt(x), low and high (n,) of x).
 
     Any tangent is above: it touches at the larger x of the ceiling at both ends. Where a torque is
@@ -270,12 +199,7 @@ def _root(
     low = np.zeros(len(high))
     wide = np.sqrt(high)
     touch = np.sqrt(np.where(ends > 0, ends, high))
-    lines = np.array(
-        [
-            [0.5 / touch, touch / 2],
-            [1 / wide, low],
-        ]
-    )
+    lines = np.array([[0.5 / touch, touch / 2], [1 / wide, low]])
     if not mesh.tied.any() or not rows.torque.any():
         return lines, low, high
     least = np.minimum(near[:-1], near[1:])
@@ -285,46 +209,18 @@ def _root(
     if not off.any():
         mean = np.sqrt((least + most) / 2)
         tangent = np.array([0.5 / mean, mean / 2])
-        return (
-            np.where(close, np.array([tangent, tangent]), lines),
-            low,
-            high,
-        )
-    low = np.where(
-        close,
-        (1 - WIDE * off) * least,
-        0.0,
-    )
-    high = np.where(
-        close,
-        (1 + WIDE * off) * most,
-        high,
-    )
+        return (np.where(close, np.array([tangent, tangent]), lines), low, high)
+    low = np.where(close, (1 - WIDE * off) * least, 0.0)
+    high = np.where(close, (1 + WIDE * off) * most, high)
     below = np.sqrt(low)
     wide = np.sqrt(high)
     chord = 1 / (below + wide)
-    touch = np.where(
-        close,
-        np.sqrt(below * wide),
-        touch,
-    )
-    lines = np.array(
-        [
-            [0.5 / touch, touch / 2],
-            [chord, below - low * chord],
-        ]
-    )
+    touch = np.where(close, np.sqrt(below * wide), touch)
+    lines = np.array([[0.5 / touch, touch / 2], [chord, below - low * chord]])
     return lines, low, high
 
 
-def _add_friction(
-    found,
-    v,
-    x,
-    one,
-    root,
-    high,
-):
+def _add_friction(found, v, x, one, root, high):
     """Add an upper bound of v sqrt(x)."""
     if not v.any():
         return
@@ -333,25 +229,13 @@ def _add_friction(
     (slope_above, offset_above), (slope_below, offset_below) = root
     positive = least >= 0
     negative = largest <= 0
-    slope = np.where(
-        positive,
-        slope_above,
-        np.where(negative, slope_below, 0.0),
-    )
-    offset = np.where(
-        positive,
-        offset_above,
-        np.where(negative, offset_below, 0.0),
-    )
+    slope = np.where(positive, slope_above, np.where(negative, slope_below, 0.0))
+    offset = np.where(positive, offset_above, np.where(negative, offset_below, 0.0))
     mixed = (least < 0) & (largest > 0)
     flat = np.where(mixed, 0.0, v)
     degree = len(found) - 1
     found += _product(flat * slope, x, degree) + _product(flat * offset, one, degree)
-    found[..., 2] += np.where(
-        mixed,
-        largest * np.sqrt(high),
-        0.0,
-    )
+    found[..., 2] += np.where(mixed, largest * np.sqrt(high), 0.0)
 
 
 def _criterion(mesh, i, back, near):
@@ -380,18 +264,7 @@ def _criterion(mesh, i, back, near):
     return -sign * np.array([by_x, 0.0, constant]) / at_node("a", k)
 
 
-def _quotients(
-    rows,
-    i,
-    u,
-    x,
-    size,
-    high,
-    root,
-    length,
-    near,
-    rounding,
-):
+def _quotients(rows, i, u, x, size, high, root, length, near, rounding):
     """Return the torques' rows over t, (5, rows, 3), on a stretch that starts on Type 2.
 
     Rounding error is that at t = NEAREST.
@@ -405,44 +278,18 @@ def _quotients(
     u = u[:, None]
     x = x[:, None]
     one = _const(np.ones((1, 1)))
-    x_quotient = np.stack(
-        [
-            2 * (x[1] - x[0]),
-            x[2] - x[0],
-        ]
-    )
-    result = _product(
-        start["a"],
-        (u[1] - u[0])[None],
-    )
+    x_quotient = np.stack([2 * (x[1] - x[0]), x[2] - x[0]])
+    result = _product(start["a"], (u[1] - u[0])[None])
     result = result + _product(quotient["a"], u)
     result = result + _product(start["b"], x_quotient)
     result += _product(quotient["b"], x) + _product(quotient["c"], one)
-    _add_friction(
-        result,
-        quotient["v"],
-        x,
-        one,
-        root,
-        np.array([high]),
-    )
+    _add_friction(result, quotient["v"], x, one, root, np.array([high]))
     if start["v"].any():
         # (sqrt(x) - sqrt(x0)) / t by its value at x0, and by how much it may differ.
-        result += _product(
-            start["v"] / (2 * np.sqrt(near)),
-            x_quotient,
-        )
+        result += _product(start["v"] / (2 * np.sqrt(near)), x_quotient)
         result[..., 2] += np.abs(start["v"]) * (2 * length * size) ** 2 / (2 * near**1.5)
-    bend = _width(
-        {name: some[rows.torque, i] for name, some in rows.bend.items()},
-        size,
-        high,
-    )
-    slack = _width(
-        {name: some[rows.torque, i] for name, some in rows.slack.items()},
-        size,
-        high,
-    )
+    bend = _width({name: some[rows.torque, i] for name, some in rows.bend.items()}, size, high)
+    slack = _width({name: some[rows.torque, i] for name, some in rows.slack.items()}, size, high)
     result[..., 0, 2] += slack + bend * (np.arange(4, -1, -1) / 4)[:, None]
     result[..., 0, 2] += rounding / NEAREST * np.abs(f["a"]).max(axis=0)
     return result[:, :, 0]

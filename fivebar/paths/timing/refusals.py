@@ -27,17 +27,11 @@ def where(path: Path, s: float) -> str:
 
 
 def refuse_unreachable(
-    robot: Robot,
-    path: Path,
-    stretches: Stretches,
-    working: tuple[int, int],
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
 ) -> None:
     """UnreachableError or SingularityError where the path first leaves what the legs reach."""
     s = stretches.first[:, None] + stretches.length[:, None] * np.linspace(0, 1, SAMPLES + 1)
-    xi = path.on(np.broadcast_to(stretches.piece[:, None], s.shape), s)[0].reshape(
-        -1,
-        2,
-    )
+    xi = path.on(np.broadcast_to(stretches.piece[:, None], s.shape), s)[0].reshape(-1, 2)
     bad = ~np.isfinite(igm(robot, xi, working, unreachable="nan").q).all(axis=1)
     if not bad.any():
         return
@@ -50,8 +44,7 @@ def refuse_unreachable(
     except (UnreachableError, SingularityError) as error:
         amount = error.gap if isinstance(error, UnreachableError) else error.margin
         raise type(error)(
-            f"time_path: the path leaves the workspace before s = {place:.9g} m: {error}",
-            amount,
+            f"time_path: the path leaves the workspace before s = {place:.9g} m: {error}", amount
         ) from None
 
 
@@ -91,11 +84,7 @@ def refuse_touching(mesh: Mesh) -> None:
         )
     graze = np.flatnonzero(mesh.crossing[1:-1] & (side[1:] == side[:-1]))
     if len(graze):
-        refuse_undecided(
-            mesh,
-            int(graze[0]) + 1,
-            False,
-        )
+        refuse_undecided(mesh, int(graze[0]) + 1, False)
     for k in np.flatnonzero(mesh.crossing).tolist():
         a, *others = (mesh.share(name, k) for name in "abvc")
         if a <= VOID < max(others):

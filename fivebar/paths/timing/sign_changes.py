@@ -18,10 +18,7 @@ SAMPLES = 8  # of each stretch
 
 
 def cut_at_signs(
-    robot: Robot,
-    path: Path,
-    stretches: Stretches,
-    working: tuple[int, int],
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
 ) -> Stretches:
     """Cut where det A changes its sign, and with friction where a joint turns round."""
     names = ["D"]
@@ -30,34 +27,16 @@ def cut_at_signs(
     share = np.linspace(0, 1, SAMPLES + 1)
     s = stretches.first[:, None] + stretches.length[:, None] * share
     piece = np.broadcast_to(stretches.piece[:, None], s.shape)
-    sampled = _values(
-        robot,
-        path,
-        working,
-        piece.ravel(),
-        s.ravel(),
-        names,
-    )
+    sampled = _values(robot, path, working, piece.ravel(), s.ravel(), names)
     index = []
     places = []
     for name in names:
         value = sampled[name][0].reshape(s.shape)
         row, column = np.nonzero(value[:, :-1] * value[:, 1:] < 0)
         ends = s[row, column], s[row, column + 1]
-        roots = _roots(
-            robot,
-            path,
-            working,
-            stretches.piece[row],
-            name,
-            *ends,
-            value[row, column],
-        )
+        roots = _roots(robot, path, working, stretches.piece[row], name, *ends, value[row, column])
         inside = (
-            np.minimum(
-                roots - stretches.first[row],
-                stretches.last[row] - roots,
-            )
+            np.minimum(roots - stretches.first[row], stretches.last[row] - roots)
             > 1e-12 * path.length
         )
         index.append(row[inside])
@@ -66,10 +45,7 @@ def cut_at_signs(
 
 
 def cut_where_missed(
-    robot: Robot,
-    path: Path,
-    stretches: Stretches,
-    working: tuple[int, int],
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
 ) -> Stretches:
     """Cut where det A has two signs that the first samples had not shown."""
     first, last = (
@@ -79,43 +55,17 @@ def cut_where_missed(
     row = np.flatnonzero((first * last < 0) & (np.abs(first) > 1e-12) & (np.abs(last) > 1e-12))
     at = stretches.taken(row)
     return stretches.cut(
-        row,
-        _roots(
-            robot,
-            path,
-            working,
-            at.piece,
-            "D",
-            at.first,
-            at.last,
-            first[row],
-        ),
+        row, _roots(robot, path, working, at.piece, "D", at.first, at.last, first[row])
     )
 
 
-def _values(
-    robot,
-    path,
-    working,
-    piece,
-    s,
-    names,
-):
+def _values(robot, path, working, piece, s, names):
     """Return {name: (values, derivatives)} at single places."""
     found = asked_on(robot, path, working, piece, s, s, TERMS - 1)
     return {name: (found[name].m[0], found[name].m[1]) for name in names}
 
 
-def _roots(
-    robot,
-    path,
-    working,
-    piece,
-    name,
-    low,
-    high,
-    at_low,
-):
+def _roots(robot, path, working, piece, name, low, high, at_low):
     """Roots by Newton steps that stay between signs."""
     if not len(low):
         return low
@@ -128,11 +78,7 @@ def _roots(
         high = np.where(below, high, s)
         with np.errstate(all="ignore"):
             step = s - value / slope
-        after = np.where(
-            (step > low) & (step < high),
-            step,
-            (low + high) / 2,
-        )
+        after = np.where((step > low) & (step < high), step, (low + high) / 2)
         done = (np.abs(after - s) <= 2e-16 * np.abs(s)) | (value == 0)
         s = np.where(value == 0, s, after)
         if done.all():

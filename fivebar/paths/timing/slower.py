@@ -20,11 +20,7 @@ STEPS = 40
 
 
 def slowed(
-    mesh: Mesh,
-    limits: Limits,
-    wanted: float,
-    gap: float,
-    until: float,
+    mesh: Mesh, limits: Limits, wanted: float, gap: float, until: float
 ) -> tuple[Mesh, Solved]:
     """Return the mesh and a motion that takes `wanted` s of moving: limits on torques and
     accelerations times the least share.
@@ -39,13 +35,7 @@ def slowed(
     high = 1.0
     slow = None
     guess = (fast.time.sum() / wanted) ** 2
-    for _ in progress(
-        range(STEPS),
-        desc="given time",
-        unit=" motions",
-        delay=2,
-        leave=False,
-    ):
+    for _ in progress(range(STEPS), desc="given time", unit=" motions", delay=2, leave=False):
         share = math.sqrt(low * high) if low else guess
         found = _solved(mesh, limits.times(share))
         if found is not None and found.time.sum() <= wanted:
@@ -88,9 +78,7 @@ def _slower(mesh, fast, wanted):
         )
     share = (fast.time.sum() / (1.001 * wanted)) ** 2
     return fast._replace(
-        x=share * fast.x,
-        bent=share * fast.bent,
-        time=fast.time / math.sqrt(share),
+        x=share * fast.x, bent=share * fast.bent, time=fast.time / math.sqrt(share)
     )
 
 

@@ -29,12 +29,7 @@ STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
 GROWTH = 1.0, 3.0, 1 / 3  # of that, from one crossing to the next
-SHARES = (
-    1.0,
-    0.3,
-    0.05,
-    0.003,
-)  # of the ceiling, below which a motion is looked for
+SHARES = (1.0, 0.3, 0.05, 0.003)  # of the ceiling, below which a motion is looked for
 
 
 class TimingError(RuntimeError):
@@ -43,12 +38,7 @@ class TimingError(RuntimeError):
     proved: there is none.
     """
 
-    def __init__(
-        self,
-        message: str,
-        s: float,
-        proved: bool,
-    ) -> None:
+    def __init__(self, message: str, s: float, proved: bool) -> None:
         super().__init__(message)
         self.s = s
         self.proved = proved
@@ -75,12 +65,7 @@ class Solved(NamedTuple):
         return float(self.time.sum() / self.above.time.sum()) - 1
 
 
-def refined(
-    mesh: Mesh,
-    limits: Limits,
-    gap: float,
-    until: float,
-) -> tuple[Mesh, Solved]:
+def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """Return the mesh, split until both bounds are within `gap`, and the solution on it.
 
     It ends before after a fixed count of work, or `until`, s, of the thread's processor time.
@@ -102,13 +87,7 @@ def refined(
                 break
             parts = _parts(mesh, found, gap)
             mean = (found.x[1:] + found.x[:-1]) / 2
-            hints = np.stack(
-                [
-                    _along(mesh, found),
-                    _bent(found.x, mesh.stretches.length),
-                    mean,
-                ]
-            )
+            hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length), mean])
         else:
             failures += 1
             late |= best is None and failures > FAILURES
@@ -118,14 +97,7 @@ def refined(
             break
         after = mesh.split(parts)
         if hints is not None:
-            hints = hints[
-                :,
-                np.searchsorted(
-                    mesh.s,
-                    (after.s[1:] + after.s[:-1]) / 2,
-                )
-                - 1,
-            ]
+            hints = hints[:, np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1]
         mesh = after
     if best is None:
         raise _no_motion(mesh, found.stuck[0], False)
@@ -172,10 +144,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     speed = np.minimum(mesh.speed, limits.speed or np.inf)
     rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
     ends, gaps = caps(rows, alone)
-    top = np.minimum(
-        np.append(ends[0], np.inf),
-        np.insert(ends[1], 0, np.inf),
-    )
+    top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
         raise _no_motion(mesh, int(np.argmin(top)), True)
@@ -185,28 +154,11 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     if above.stuck is not None:
         raise _no_motion(mesh, above.stuck, True)
     # The bounds take as long as three looks.
-    best = Solved(
-        above,
-        top,
-        np.append(none, 0.0),
-        none,
-        none + np.inf,
-        (),
-        3 * len(mesh),
-    )
+    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf, (), 3 * len(mesh))
     if not np.isfinite(above.size).all():
         return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
-    narrow = limits.times(1 - MARGIN).times(
-        1 - MARGIN,
-        speeds=True,
-    )
-    rows, alone = rows_of(
-        mesh.factors,
-        narrow,
-        *about,
-        speed * (1 - MARGIN),
-        True,
-    )
+    narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
+    rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
     lean = _lean(mesh, rows, above)
     part = np.cumsum(rest[:-1]) - 1  # from rest to rest
     tied = mesh.tied.any()
@@ -214,10 +166,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     def tried(share, bent, mean=None):
         # Slower motions need less room: where none is found on a coarse mesh, one below a share of
         # the ceiling is.
-        below = above._replace(
-            x=above.x * np.append(share, 0.0),
-            size=above.size * share,
-        )
+        below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
         form = (bent, none)
         near = below.x
         if mean is not None:
@@ -232,14 +181,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
             found = found._replace(looks=found.looks + len(mesh))
         for off in _lowered(mesh, part) if tied else (none,):
             table = polygons(
-                rows,
-                alone,
-                length,
-                below,
-                *form,
-                near * (1 - np.append(off, 0.0)),
-                off,
-                mesh,
+                rows, alone, length, below, *form, near * (1 - np.append(off, 0.0)), off, mesh
             )
             x, stuck = profile(table, below, rest)
             own = table.curvature(x)
@@ -249,29 +191,17 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
                 # It rests there.
                 stuck.append(int(np.argmax(np.isinf(time) & (part == k))))
             time = np.where(never, np.inf, time)
-            found = _faster(
-                found,
-                Solved(above, top, x, own, time, (), len(mesh)),
-                part,
-            )
+            found = _faster(found, Solved(above, top, x, own, time, (), len(mesh)), part)
             left = np.isinf(found.time) & ~np.isin(part, part[closed])
             if not left.any():
                 break
         return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
 
     if hints is not None:
-        best = _faster(
-            best,
-            tried(none + 1, hints[1]),
-            part,
-        )
+        best = _faster(best, tried(none + 1, hints[1]), part)
         if mesh.crossing.any():
             # Either form may keep to a slow motion.
-            best = _faster(
-                best,
-                tried(none + 1, hints[1], hints[2]),
-                part,
-            )
+            best = _faster(best, tried(none + 1, hints[1], hints[2]), part)
     left = np.isinf(best.time)
     share = none + 1
     stuck = ()
@@ -286,11 +216,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
             stuck += tuple(i for i in found.stuck if left[i])
         if not left.any():
             mean = (best.x[1:] + best.x[:-1]) / 2
-            best = _faster(
-                best,
-                tried(share, _bent(best.x, length), mean),
-                part,
-            )
+            best = _faster(best, tried(share, _bent(best.x, length), mean), part)
             break
     return best._replace(stuck=stuck)
 
@@ -316,19 +242,10 @@ def _lowered(mesh, part):
 def _faster(one, other, part):
     """Return the faster of two motions, for each part (n,) from rest to rest."""
     better = (np.bincount(part, other.time) < np.bincount(part, one.time))[part]
-    x = np.where(
-        np.append(better, False),
-        other.x,
-        one.x,
-    )
+    x = np.where(np.append(better, False), other.x, one.x)
     bent = np.where(better, other.bent, one.bent)
     time = np.where(better, other.time, one.time)
-    return one._replace(
-        x=x,
-        bent=bent,
-        time=time,
-        looks=one.looks + other.looks,
-    )
+    return one._replace(x=x, bent=bent, time=time, looks=one.looks + other.looks)
 
 
 def _lean(mesh, rows, above):
@@ -377,16 +294,8 @@ def _bent(x, length):
     slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
     before = np.append(slope[0], slope)
     after = np.append(slope, slope[-1])
-    smaller = np.where(
-        np.abs(before) < np.abs(after),
-        before,
-        after,
-    )
-    return np.where(
-        before * after > 0,
-        smaller,
-        0.0,
-    )
+    smaller = np.where(np.abs(before) < np.abs(after), before, after)
+    return np.where(before * after > 0, smaller, 0.0)
 
 
 def _directions(n, along):
@@ -403,10 +312,7 @@ def _along(mesh, found):
     u = np.diff(found.x) / (2 * mesh.stretches.length)
     x = (found.x[1:] + found.x[:-1]) / 2
     g, m, k = (mesh.found[name].middle for name in "gmk")
-    return np.arctan2(
-        k * x,
-        g * u + m * x,
-    )
+    return np.arctan2(k * x, g * u + m * x)
 
 
 def _no_motion(mesh, node, proved):

@@ -11,21 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.checks import (
-    instance,
-    modes,
-    number,
-    optional,
-    seconds,
-    takes,
-)
+from ...base.checks import instance, modes, number, optional, seconds, takes
 from ...base.checks import robot as must_be_robot
-from ...constraints.constraints import (
-    ON_POSES,
-    PER_JOINT,
-    Constraints,
-    refuse_others,
-)
+from ...constraints.constraints import ON_POSES, PER_JOINT, Constraints, refuse_others
 from ...constraints.path_check import SAMPLES
 from ...constraints.violations import broken
 from ...models.dynamics import gravity_torques
@@ -114,9 +102,7 @@ def time_path(
     True
     """
     refuse_others(
-        constraints,
-        "time_path",
-        (*PER_JOINT, "speed", "acceleration", "jerk", *ON_POSES),
+        constraints, "time_path", (*PER_JOINT, "speed", "acceleration", "jerk", *ON_POSES)
     )
     if path.tool is not None:
         path.tool.refuse_other(robot, working, "time_path")

@@ -92,10 +92,7 @@ class TimedPath(Plotted):
     start = 0.0
 
     def __repr__(self) -> str:
-        words = [
-            f"{self.path.length:.6g} m",
-            f"{self.duration:.6g} s",
-        ]
+        words = [f"{self.path.length:.6g} m", f"{self.duration:.6g} s"]
         if self.lower_bound:
             words.append(f"proved: no less than {self.lower_bound:.6g} s")
         words.append(f"working {self.working}")
@@ -111,17 +108,11 @@ class TimedPath(Plotted):
     @cached_property
     def s(self) -> np.ndarray:
         """Of the nodes (n + 1,), m."""
-        return np.append(
-            self.path.knots[self.piece] + self.first,
-            self.path.length,
-        )
+        return np.append(self.path.knots[self.piece] + self.first, self.path.length)
 
     @cached_property
     def _lengths(self):
-        ends = np.append(
-            self.first[1:],
-            self.path.pieces[-1].length,
-        )
+        ends = np.append(self.first[1:], self.path.pieces[-1].length)
         whole = np.array([piece.length for piece in self.path.pieces])
         continues = np.append(np.diff(self.piece), 1) == 0
         return np.where(continues, ends, whole[self.piece]) - self.first
@@ -158,17 +149,8 @@ class TimedPath(Plotted):
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self._motion(*self.along(t))
 
-    def _motion(
-        self,
-        k,
-        gone,
-        speed,
-        push,
-    ):
-        xi, xi_s, xi_ss, _ = self.path.on(
-            self.piece[k],
-            self.first[k] + gone,
-        )
+    def _motion(self, k, gone, speed, push):
+        xi, xi_s, xi_ss, _ = self.path.on(self.piece[k], self.first[k] + gone)
         speed = speed[..., None]
         push = push[..., None]
         return xi, xi_s * speed, xi_ss * speed * speed + xi_s * push
@@ -192,25 +174,13 @@ class TimedPath(Plotted):
             # Beside the node, on the same stretch: the quotient by det A goes on from there.
             h = self._lengths[k]
             least = BESIDE * self.path.length
-            low = np.where(
-                self.crossing[k],
-                np.minimum(least, h / 2),
-                0.0,
-            )
-            high = h - np.where(
-                self.crossing[k + 1],
-                np.minimum(least, h / 2),
-                0.0,
-            )
+            low = np.where(self.crossing[k], np.minimum(least, h / 2), 0.0)
+            high = h - np.where(self.crossing[k + 1], np.minimum(least, h / 2), 0.0)
             moved = np.clip(gone, low, high)
             u0 = push - self.bent[k] * gone
             # At rest it is below 0 by rounding.
             square = self.x[k] + moved * (2 * u0 + self.bent[k] * moved)
-            speed = np.where(
-                moved == gone,
-                speed,
-                np.sqrt(np.maximum(square, 0.0)),
-            )
+            speed = np.where(moved == gone, speed, np.sqrt(np.maximum(square, 0.0)))
             push = u0 + self.bent[k] * moved
             gone = moved
         xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
@@ -245,29 +215,12 @@ class TimedPath(Plotted):
         """
         rate = positive(rate, "to_csv: rate")
         steps = int(np.floor(self.duration * rate * (1 + 1e-12)))
-        bounded(
-            steps,
-            MOST_ROWS,
-            f"to_csv: {self.duration:g} s at {rate:g} Hz",
-            8 * len(COLUMNS),
-        )
+        bounded(steps, MOST_ROWS, f"to_csv: {self.duration:g} s at {rate:g} Hz", 8 * len(COLUMNS))
         t = np.arange(steps + 1) / rate
-        t = np.append(
-            t[t < self.duration * (1 - 1e-12)],
-            self.duration,
-        )
+        t = np.append(t[t < self.duration * (1 - 1e-12)], self.duration)
         (q, q_dot), k, gone = self.joints(t), *self.along(t)[:2]
         s = self.path.knots[self.piece[k]] + self.first[k] + gone
-        table = np.column_stack(
-            [
-                t,
-                *self(t),
-                self.robot.continuous(q),
-                q_dot,
-                self.tau(t),
-                s,
-            ]
-        )
+        table = np.column_stack([t, *self(t), self.robot.continuous(q), q_dot, self.tau(t), s])
         about = {
             "robot": self.robot.parameters,
             "working": self.working,

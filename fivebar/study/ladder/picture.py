@@ -37,14 +37,7 @@ def figure(cases: dict[str, list[Rung]]) -> Figure:
             column[row].plot(values, color=colour, lw=1.2, label=label)
             for place, rung in enumerate(rungs):
                 fill = colour if rung.named else "white"
-                column[row].plot(
-                    place,
-                    values[place],
-                    "o",
-                    color=colour,
-                    mfc=fill,
-                    ms=6,
-                )
+                column[row].plot(place, values[place], "o", color=colour, mfc=fill, ms=6)
         column[0].set_yscale("log")
         column[1].set_ylim(bottom=0)
         labels = ["masses", *(f"+ {rung}" for rung in list(RUNGS)[1:])]

@@ -119,13 +119,7 @@ def climb(case: Case, progress: Callable[[], object] = lambda: None) -> list[Run
             field: (0.0, 0.0) if field == "gravity" else 0.0 for field in unknown
         }
         model = replace(robot, **zeros)
-        law = ComputedTorque(
-            model,
-            KP,
-            KD,
-            case.working,
-            int(pose.assembly),
-        )
+        law = ComputedTorque(model, KP, KD, case.working, int(pose.assembly))
         run = simulate(robot, law, case.reference, control_period=PERIOD)
         error = np.hypot(*run.error[run.t >= SETTLED * run.t[-1]].T)
         missed = expected - task_torques(model, case)

@@ -37,11 +37,7 @@ def compliant(robot: FiveBar | Biglide, speed: float = 0.05) -> Trajectory:
     met: Any = check_path(robot, straight())
     along = np.subtract(GOAL, START)
     velocity = speed * along / np.linalg.norm(along)
-    middle: dict = {
-        0: tuple(met.pose.xi),
-        1: tuple(velocity),
-        2: (0.0, 0.0),
-    }
+    middle: dict = {0: tuple(met.pose.xi), 1: tuple(velocity), 2: (0.0, 0.0)}
     return polynomial(
         [(0.0, {0: START, **rest}), (DURATION / 2, middle), (DURATION, {0: GOAL, **rest})]
     )

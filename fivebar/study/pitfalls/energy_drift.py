@@ -17,11 +17,7 @@ from .joint_space import joint_model, joint_slope
 
 # A robot without Type 2, so that only the integrators lose energy; its inertias are ours.
 ROBOT: Any = replace(ROBOTS["hoang-2015"].robot, zz1=0.002, zz2=0.002, m=0.5)
-FIXED = {
-    "explicit Euler": explicit_euler,
-    "semi-implicit Euler": semi_implicit_euler,
-    "RK4": rk4,
-}
+FIXED = {"explicit Euler": explicit_euler, "semi-implicit Euler": semi_implicit_euler, "RK4": rk4}
 
 
 def conservative_start() -> Rates:
@@ -50,14 +46,7 @@ def drift_by(name: str, step: float = 1e-3, duration: float = 10.0, rtol: float 
         evaluations = (len(t) - 1) * (4 if name == "RK4" else 1)
     else:
         t = np.linspace(0, duration, 1001)
-        solution = adaptive(
-            slope,
-            state,
-            t,
-            name,
-            rtol=rtol,
-            atol=1e-3 * rtol,
-        )
+        solution = adaptive(slope, state, t, name, rtol=rtol, atol=1e-3 * rtol)
         t = solution.t
         states = solution.states
         evaluations = solution.evaluations

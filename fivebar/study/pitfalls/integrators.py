@@ -93,14 +93,7 @@ def adaptive(
     tolerances = {"rtol": rtol, "atol": atol}
     try:
         with np.errstate(all="ignore"):
-            result = solve_ivp(
-                counted,
-                span,
-                state,
-                method=method,
-                t_eval=t_eval,
-                **tolerances,
-            )
+            result = solve_ivp(counted, span, state, method=method, t_eval=t_eval, **tolerances)
     except (_TooMany, ValueError, np.linalg.LinAlgError):
         return Solution(np.empty(0), np.empty((0, len(state))), False, count)
     return Solution(result.t, result.y.T, result.success, count)

@@ -105,14 +105,7 @@ def free_motion_by(robot: FiveBar, method: str, rtol: float = 1e-9) -> FreeRun:
     """Return the free motion by a SciPy solver, with tolerances that a careful user sets."""
     state, assembly, slope = _started(robot)
     t = np.linspace(0, DURATION, 401)
-    solution = adaptive(
-        slope,
-        state,
-        t,
-        method,
-        rtol=rtol,
-        atol=1e-3 * rtol,
-    )
+    solution = adaptive(slope, state, t, method, rtol=rtol, atol=1e-3 * rtol)
     with np.errstate(all="ignore"):
         xi, _, _, energy = joint_model(robot, solution.states.T, assembly)
     return FreeRun(f"{method}, {rtol:g}", solution.t, xi.T, energy, solution.success)

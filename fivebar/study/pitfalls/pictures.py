@@ -48,29 +48,11 @@ def differentiation(curve: Differentiation) -> Figure:
     for (name, error), style in zip(pairs, OTHERS):
         best = np.argmin(error)
         label = f"{name}: best {error[best]:.1g} at {curve.step[best]:.0e} s"
-        axes.loglog(
-            curve.step,
-            error,
-            **style,
-            lw=1.5,
-            label=label,
-        )
-        axes.plot(
-            curve.step[best],
-            error[best],
-            "o",
-            color=style["color"],
-            ms=7,
-        )
+        axes.loglog(curve.step, error, **style, lw=1.5, label=label)
+        axes.plot(curve.step[best], error[best], "o", color=style["color"], ms=7)
     axes.axhline(OURS_BOUND, **OURS, lw=2.2, label="fivebar's rates, which need no step: at most")
     title = "Rates by differences of positions"
-    _finish(
-        axes,
-        "step between the positions (s)",
-        "relative error",
-        title,
-        ylim=(1e-16, 1e2),
-    )
+    _finish(axes, "step between the positions (s)", "relative error", title, ylim=(1e-16, 1e2))
     return figure
 
 
@@ -85,37 +67,10 @@ def free_motion(
         y = 1e3 * attempt.xi[finite, 1]
         claim = '"success"' if attempt.success else "gave up"
         label = f"{attempt.name}: {claim}{'' if finite.all() else ', nan'}"
-        left.plot(
-            t,
-            y,
-            **style,
-            lw=1.5,
-            label=label,
-        )
-        left.plot(
-            t[-1:],
-            y[-1:],
-            "x",
-            color=style["color"],
-            ms=9,
-            mew=2,
-        )
-    left.plot(
-        ours.t,
-        1e3 * ours.xi[:, 1],
-        **OURS,
-        lw=2.2,
-        label="fivebar",
-    )
-    left.plot(
-        2.0,
-        1e3 * FREE_END[1],
-        "o",
-        color=INK,
-        mfc="white",
-        ms=7,
-        label="true end",
-    )
+        left.plot(t, y, **style, lw=1.5, label=label)
+        left.plot(t[-1:], y[-1:], "x", color=style["color"], ms=9, mew=2)
+    left.plot(ours.t, 1e3 * ours.xi[:, 1], **OURS, lw=2.2, label="fivebar")
+    left.plot(2.0, 1e3 * FREE_END[1], "o", color=INK, mfc="white", ms=7, label="true end")
     title = "Joint coordinates meet Type 2 at 0.1164 s"
     _finish(left, "time (s)", "y of the end-effector (mm)", title)
     error = np.abs(naive_steps.energy_error)
@@ -123,32 +78,11 @@ def free_motion(
     finite = np.isfinite(error)
     name = "joint coordinates, RK4"
     label = f"{name}: {finite.sum()} finished, without a word"
-    right.semilogy(
-        step[finite],
-        error[finite],
-        "^",
-        color=ORANGE,
-        ms=6,
-        label=label,
-    )
+    right.semilogy(step[finite], error[finite], "^", color=ORANGE, ms=6, label=label)
     label = f"{name}: {(~finite).sum()} of {len(finite)} ended in nan"
     lost = step[~finite]
-    right.plot(
-        lost,
-        np.full_like(lost, 1e2),
-        "|",
-        color=ORANGE,
-        ms=9,
-        label=label,
-    )
-    right.plot(
-        1e3 * our_steps.step,
-        our_steps.energy_error,
-        ".",
-        color=INK,
-        ms=5,
-        label="fivebar",
-    )
+    right.plot(lost, np.full_like(lost, 1e2), "|", color=ORANGE, ms=9, label=label)
+    right.plot(1e3 * our_steps.step, our_steps.energy_error, ".", color=INK, ms=5, label="fivebar")
     _finish(right, "step (ms)", "relative error of the energy", "RK4 with fixed steps, 2 s")
     return figure
 
@@ -161,13 +95,7 @@ def energy(drifts: Iterable[Drift]) -> Figure:
         style = OURS if drift.name == "fivebar" else next(others)
         error = np.maximum(np.maximum.accumulate(np.abs(drift.error)), FLOOR)
         label = f"{drift.name} ({drift.evaluations} evaluations)"
-        axes.semilogy(
-            drift.t,
-            error,
-            **style,
-            lw=1.5,
-            label=label,
-        )
+        axes.semilogy(drift.t, error, **style, lw=1.5, label=label)
     title = "Energy of a motion without torque"
     _finish(axes, "time (s)", "largest relative error so far", title)
     return figure
@@ -177,20 +105,8 @@ def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) 
     """Draw how far the bars are from their lengths against time; ours: (t, closure)."""
     figure, (axes,) = _panels()
     for (name, motion), style in zip(motions.items(), OTHERS):
-        axes.semilogy(
-            motion.t,
-            np.maximum(motion.closure, FLOOR),
-            **style,
-            lw=1.5,
-            label=name,
-        )
-    axes.semilogy(
-        ours[0],
-        np.maximum(ours[1], FLOOR),
-        **OURS,
-        lw=0.7,
-        label="fivebar",
-    )
+        axes.semilogy(motion.t, np.maximum(motion.closure, FLOOR), **style, lw=1.5, label=name)
+    axes.semilogy(ours[0], np.maximum(ours[1], FLOOR), **OURS, lw=0.7, label="fivebar")
     title = "Closure of the loop, free motion"
     _finish(axes, "time (s)", "error of a bar's length (m)", title)
     return figure
@@ -207,21 +123,9 @@ def crossing(naive: Crossing, compliant: Crossing) -> Figure:
         for case, name, style in cases:
             here = np.sign(case.offset) == side
             largest = np.abs(case.torque[here]).max(axis=1)
-            axes.loglog(
-                np.abs(case.offset[here]),
-                largest,
-                **style,
-                lw=2,
-                label=name,
-            )
+            axes.loglog(np.abs(case.offset[here]), largest, **style, lw=2, label=name)
         words = f"{when} the crossing"
-        _finish(
-            axes,
-            f"time {words} (s)",
-            "larger torque (N m)",
-            words,
-            ylim=(1e-4, 1e2),
-        )
+        _finish(axes, f"time {words} (s)", "larger torque (N m)", words, ylim=(1e-4, 1e2))
     panels[0].invert_xaxis()
     figure.suptitle("Exact torque through a Type-2 singularity")
     return figure
@@ -233,31 +137,11 @@ def stability(limits: Sequence[MeasuredLimit]) -> Figure:
     for axes, limit in zip(panels, limits):
         axes.fill(*boundary(limit.delay).T, color=SKY, alpha=0.3, label="stable, exact")
         label = "limit on the simulated robot"
-        axes.plot(
-            *limit.measured.T,
-            "o",
-            color=INK,
-            mfc="white",
-            ms=6,
-            label=label,
-        )
+        axes.plot(*limit.measured.T, "o", color=INK, mfc="white", ms=6, label=label)
         s = np.linspace(0, 0.6 if limit.delay else 1.0, 50)
-        axes.plot(
-            s**2,
-            2 * s,
-            color=ORANGE,
-            ls="--",
-            lw=1.5,
-            label="critically damped",
-        )
+        axes.plot(s**2, 2 * s, color=ORANGE, ls="--", lw=1.5, label="critically damped")
         delay = "one sample of delay" if limit.delay else "no delay"
         title = f"{delay}: agrees within {100 * limit.worst:.2g} %"
         limits_of_axes = {"xlim": (0, None), "ylim": (0, None)}
-        _finish(
-            axes,
-            "Kp h² (no unit)",
-            "Kd h (no unit)",
-            title,
-            **limits_of_axes,
-        )
+        _finish(axes, "Kp h² (no unit)", "Kd h (no unit)", title, **limits_of_axes)
     return figure

@@ -62,14 +62,7 @@ def growth(robot: Robot, p: float, q: float, delay: int = 0) -> float:
         if len(sizes) > 8 and not 1e-6 * SMALL < recent < 1e4 * SMALL:
             raise Decided
 
-    hold(
-        robot,
-        p,
-        q,
-        delay,
-        watch,
-        np.zeros((200, 2, 2)),
-    )
+    hold(robot, p, q, delay, watch, np.zeros((200, 2, 2)))
     quarter = len(sizes) // 4
     return (max(sizes[-quarter:]) / max(sizes[quarter : 2 * quarter])) ** (1 / (2 * quarter))
 

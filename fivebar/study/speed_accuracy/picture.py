@@ -69,13 +69,7 @@ def panels(result: Result) -> Figure:
             _draw_panel(axes, result, panel, styles)
             strip = figure.add_subplot(grid[2 * i, k], sharex=axes)
             strip.set_title(panel.title, fontsize=10.5, color=INK)
-            _draw_strip(
-                strip,
-                panel,
-                failed[i][k],
-                styles,
-                max(map(len, failed[i])),
-            )
+            _draw_strip(strip, panel, failed[i][k], styles, max(map(len, failed[i])))
     return figure
 
 
@@ -143,64 +137,22 @@ def _draw_panel(axes, result, panel, styles):
     if panel.guide:
         factor, words = panel.guide
         limits = np.array(axes.get_xlim())
-        axes.plot(
-            limits,
-            factor * limits,
-            ":",
-            color=PALE,
-            lw=1.3,
-            zorder=0,
-        )
-        axes.text(
-            3 * limits[0],
-            factor * limits[0],
-            words,
-            fontsize=7.5,
-            color=PALE,
-            va="top",
-        )
+        axes.plot(limits, factor * limits, ":", color=PALE, lw=1.3, zorder=0)
+        axes.text(3 * limits[0], factor * limits[0], words, fontsize=7.5, color=PALE, va="top")
         axes.set_xlim(limits)
     if panel.x == "seconds":
-        axes.text(
-            0.01,
-            0.01,
-            "↙ better",
-            transform=axes.transAxes,
-            fontsize=8,
-            color=PALE,
-        )
+        axes.text(0.01, 0.01, "↙ better", transform=axes.transAxes, fontsize=8, color=PALE)
 
 
 def _draw_strip(axes, panel, failed, styles, lanes):
     """Draw failed attempts at their times, a lane for each method, and how they failed."""
-    axes.tick_params(
-        left=False,
-        labelleft=False,
-        bottom=False,
-        labelbottom=False,
-        which="both",
-    )
+    axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False, which="both")
     axes.set_facecolor("none")
     axes.spines[:].set_visible(False)
     axes.set_ylim(max(lanes, 0.1), 0)
     for k, (name, items) in enumerate(failed.items()):
         times = [row[panel.x] for row, _ in items if panel.x in row]
-        axes.plot(
-            times,
-            [k + 0.72] * len(times),
-            "x",
-            color=styles[name]["color"],
-            ms=4.5,
-            mew=1.3,
-        )
+        axes.plot(times, [k + 0.72] * len(times), "x", color=styles[name]["color"], ms=4.5, mew=1.3)
         text = textwrap.shorten(f"{name}: {words_of(items)}", 86, placeholder=" …")
         place = axes.get_yaxis_transform()
-        axes.text(
-            0.008,
-            k + 0.3,
-            text,
-            transform=place,
-            fontsize=7,
-            va="center",
-            color=INK,
-        )
+        axes.text(0.008, k + 0.3, text, transform=place, fontsize=7, va="center", color=INK)

@@ -45,11 +45,7 @@ def run(
 ) -> tuple[Result, Partial]:
     """Measure a chart, going on where an interrupted run ended; progress: called each time."""
     chart = load(module)
-    about = {
-        **describe(),
-        "threads": 1,
-        "quick": quick,
-    }
+    about = {**describe(), "threads": 1, "quick": quick}
     partial = Partial(folder / f"{chart.name}.partial.jsonl", about)
     rows = []
     with Worker(module, chart.limit, BUDGET[quick]) as worker:
@@ -64,13 +60,7 @@ def run(
 
 def row_of(problem: str, method: Method, knob: float, measure: Callable[..., dict]) -> dict:
     """Return the row of an attempt: measure(problem, name, knob), or what it lacks."""
-    row = {
-        "problem": problem,
-        "method": method.name,
-        "knob": knob,
-        "status": "ok",
-        "word": "",
-    }
+    row = {"problem": problem, "method": method.name, "knob": knob, "status": "ok", "word": ""}
     for need in method.needs:
         if lacking := need():
             return row | {"status": "left out", "word": lacking}
@@ -96,11 +86,7 @@ def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -
         if attempt.times and len(attempt.times()):
             times = attempt.times()
         seconds = float(np.median(times)) / attempt.per
-        return {
-            "status": "failed",
-            "word": word_for(error),
-            "seconds": seconds,
-        }
+        return {"status": "failed", "word": word_for(error), "seconds": seconds}
     with np.errstate(all="ignore"):
         samples = attempt.times() if attempt.times else times_of(attempt.call, times[0], budget)
     low, middle, high = np.percentile(samples / attempt.per, (25, 50, 75)).tolist()
@@ -167,11 +153,7 @@ class Worker:
         except BrokenProcessPool:
             word = "crashed"
         self._end()
-        return {
-            "status": "failed",
-            "word": word,
-            "seconds": time.perf_counter() - before,
-        }
+        return {"status": "failed", "word": word, "seconds": time.perf_counter() - before}
 
     def _begin(self):
         if self.pool is not None:

@@ -13,11 +13,7 @@ from .chart import Chart
 # Columns of every chart. status: "ok"; "failed", word says how; "left out", word says what is
 # missing.
 COLUMNS = tuple("problem method knob status word seconds seconds_low seconds_high repeats".split())
-KEY = {
-    "problem": str,
-    "method": str,
-    "knob": (int, float),
-}
+KEY = {"problem": str, "method": str, "knob": (int, float)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,14 +48,7 @@ class Result:
         for row in self.rows:
             cells = [row.get(name) for name in self.columns]
             rows.append([float(cell) if isinstance(cell, float) else cell for cell in cells])
-        write(
-            path,
-            f"chart {self.chart.name}",
-            self.about,
-            self.columns,
-            rows,
-            end="\n",
-        )
+        write(path, f"chart {self.chart.name}", self.about, self.columns, rows, end="\n")
 
 
 class Partial:

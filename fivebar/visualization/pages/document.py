@@ -13,10 +13,7 @@ from ...base.tables import TextFile
 from ..document import WebPage, as_json, document, library_folder, script
 
 HERE = Path(__file__).parent
-CODE = {
-    "motion": ("motion", "curves", "controls"),
-    "map": ("map", "map_controls"),
-}
+CODE = {"motion": ("motion", "curves", "controls"), "map": ("map", "map_controls")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +27,7 @@ class Page(WebPage):
         return one_line("Page", self.title)
 
 
-def make_page(
-    path: TextFile | None,
-    code: str,
-    content: dict,
-    models: str = "",
-) -> Page:
+def make_page(path: TextFile | None, code: str, content: dict, models: str = "") -> Page:
     """Return the page with this code, one of CODE, and content; write it if path is not None.
 
     models: JavaScript of what the page computes itself.

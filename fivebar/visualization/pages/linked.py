@@ -80,31 +80,16 @@ def page(
         known = "a Run, a Plan, a TimedPath, a Study, a dict of Runs or of Studies, or a Map"
         kind = type(subject[""]).__name__
         raise TypeError(f"subject: a page shows {known}, not {kind}")
-    return make_page(
-        path,
-        "motion",
-        content | ({} if title is None else {"title": title}),
-    )
+    return make_page(path, "motion", content | ({} if title is None else {"title": title}))
 
 
-def story(
-    runs: Mapping,
-    path: str | Path,
-    show: Iterable,
-    title: str,
-    notes: list,
-) -> Page:
+def story(runs: Mapping, path: str | Path, show: Iterable, title: str, notes: list) -> Page:
     """Write a page of runs, each in its own picture, which plays once when it is opened.
 
     notes: sentences under it.
     """
     content = runs_content(runs, show)
-    more = {
-        "title": title,
-        "notes": notes + content["notes"],
-        "apart": True,
-        "plays": True,
-    }
+    more = {"title": title, "notes": notes + content["notes"], "apart": True, "plays": True}
     return make_page(path, "motion", content | more)
 
 

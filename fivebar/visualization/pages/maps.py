@@ -21,11 +21,7 @@ if TYPE_CHECKING:
 NODES = 700_000  # of all modes together at most: 3.7 MB of the page
 
 
-def map_content(
-    data: Map,
-    along: np.ndarray | None = None,
-    regions: tuple | None = None,
-) -> dict:
+def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | None = None) -> dict:
     """Return what the page of a Map holds.
 
     along: a path (n, 2) m in task space; regions: of `dexterous`, for the aspects.
@@ -74,13 +70,7 @@ def map_content(
             "rail": None if robot.turns else [feet.min() - bar, feet.max() + bar],
         },
         # What joins its points, which the page computes; where they are here is of no account.
-        "body": parts(
-            robot_body(
-                robot,
-                np.zeros((1, 2, 2)),
-                np.zeros((1, 2)),
-            )
-        ),
+        "body": parts(robot_body(robot, np.zeros((1, 2, 2)), np.zeros((1, 2)))),
         "field": {
             "name": data.field,
             "words": scale.words,
@@ -92,26 +82,15 @@ def map_content(
         "x": packed(x),
         "y": packed(y),
         "layers": [
-            {
-                "mode": np.atleast_1d(mode).tolist(),
-                "values": packed(layer, "f4"),
-            }
+            {"mode": np.atleast_1d(mode).tolist(), "values": packed(layer, "f4")}
             for mode, layer in zip(modes, values)
         ],
         "loci": [
-            {
-                "kind": kind,
-                "layers": list(layers),
-                "points": [*map(packed, np.transpose(points))],
-            }
+            {"kind": kind, "layers": list(layers), "points": [*map(packed, np.transpose(points))]}
             for kind, layers, points in loci
         ],
         "numbers": [
-            [
-                region.number,
-                *region.point.tolist(),
-                [modes.index(region.working)],
-            ]
+            [region.number, *region.point.tolist(), [modes.index(region.working)]]
             for region in numbered
         ],
         "columns": data.columns,

@@ -130,16 +130,7 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
         reference = None if run.xi_ref is None else [packed(x) for x in run.drawn_ref.T]
         marks = [[event.t, f"Type {int(event.type)}"] for event in run.events]
         body = run_body(run)
-        subjects.append(
-            subject(
-                name,
-                run.t,
-                body,
-                column,
-                reference=reference,
-                marks=marks,
-            )
-        )
+        subjects.append(subject(name, run.t, body, column, reference=reference, marks=marks))
     words = run.robot.words
     size = max(largest_of(run_body(run).points) for run in runs.values())
     panels, table = [], []

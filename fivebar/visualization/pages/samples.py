@@ -48,11 +48,7 @@ def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, **more) -> 
     """Return a motion on the page: times (n,) s, its body, columns {key: (n,)}, and what else."""
     # Other blocks are drawn as motors.
     blocks = [ends for *ends, joint in body.blocks if joint not in body.actuated]
-    drawn = {
-        *body.joints,
-        *np.ravel(body.rails).tolist(),
-        *np.ravel(blocks).tolist(),
-    }
+    drawn = {*body.joints, *np.ravel(body.rails).tolist(), *np.ravel(blocks).tolist()}
     points = body.points[:, : int(max(drawn)) + 1]
     known = points[np.isfinite(points).all(axis=(1, 2))]
     if not len(known):

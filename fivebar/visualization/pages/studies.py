@@ -45,20 +45,8 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
         turn = np.diff(study.q, axis=0)
         if alone and study.q.ndim == 1 and ((turn > 0).all() or (turn < 0).all()):
             x = packed(study.q[keep])
-            axis = {
-                "name": "crank angle",
-                "unit": "deg",
-                "scale": 180 / np.pi,
-            }
-        subjects.append(
-            subject(
-                name,
-                study.t[keep],
-                body.at(keep),
-                columns[name],
-                x=x,
-            )
-        )
+            axis = {"name": "crank angle", "unit": "deg", "scale": 180 / np.pi}
+        subjects.append(subject(name, study.t[keep], body.at(keep), columns[name], x=x))
     panels = []
     for group in groups if alone else [(name,) for name in names]:
         title, labels = group_words(group)

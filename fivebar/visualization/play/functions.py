@@ -40,12 +40,7 @@ BEYOND = (
     "fv12",
     "fv22",
 )
-FLAT = (
-    "sense",
-    "fourBarMotion",
-    "inLine",
-    "slope",
-)
+FLAT = ("sense", "fourBarMotion", "inLine", "slope")
 
 
 @lru_cache(maxsize=1)
@@ -86,14 +81,7 @@ def _poses():
     bare = task_pose(robot, *_pairs(point, modes))
     yield named_function("sense", {"parallel": bare.det_A}, point, modes, p)
     J = _jacobian(bare)
-    yield named_function(
-        "gains",
-        {"J": J, "torque": J.T @ out},
-        point,
-        modes,
-        out,
-        p,
-    )
+    yield named_function("gains", {"J": J, "torque": J.T @ out}, point, modes, out, p)
 
 
 def _clearances(robot, point):
@@ -135,24 +123,11 @@ def _loci():
         ca.if_else(mirrored, there, here) for there, here in zip(flipped, (x1, y1, x2, y2, x, y))
     ]
     yield named_function(
-        "fourBarMotion",
-        {"directions": ca.vertcat(*found)},
-        t,
-        sides,
-        span,
-        slack,
-        signs,
-        mirrored,
+        "fourBarMotion", {"directions": ca.vertcat(*found)}, t, sides, span, slack, signs, mirrored
     )
 
     bars, p = _symbols(bars=8, p=5)
-    u11, u12, u21, u22 = (
-        (
-            bars[2 * k],
-            bars[2 * k + 1],
-        )
-        for k in range(4)
-    )
+    u11, u12, u21, u22 = ((bars[2 * k], bars[2 * k + 1]) for k in range(4))
     robot = _robot(p)
     (left, right), (l12, _) = robot.drives, robot.distal
     elbow = left.pivot(u11)
@@ -178,14 +153,7 @@ def _motion():
     )
     chart = BarAngles()
     a, a_dot, _ = chart.coordinates(ikm(task_pose(_robot(p), *_pairs(point, modes)), velocity))
-    yield named_function(
-        "begin",
-        {"state": ca.vertcat(*a, *a_dot)},
-        point,
-        modes,
-        velocity,
-        p,
-    )
+    yield named_function("begin", {"state": ca.vertcat(*a, *a_dot)}, point, modes, velocity, p)
 
     c, c_dot, rates = closed(_robot(p), *halves(state, chart))
     seen = {
@@ -201,17 +169,10 @@ def _motion():
     rates = bars_rates(robot, *halves(state, chart))
     accelerations = chart.accelerations(forward_dynamics(rates, tau))
     yield named_function(
-        "slope",
-        {"derivative": ca.vertcat(state[4:], *accelerations)},
-        state,
-        tau,
-        whole,
+        "slope", {"derivative": ca.vertcat(state[4:], *accelerations)}, state, tau, whole
     )
     yield named_function(
-        "energies",
-        {"kinetic": energy(rates), "potential": potential(rates.pose)},
-        state,
-        whole,
+        "energies", {"kinetic": energy(rates), "potential": potential(rates.pose)}, state, whole
     )
     yield named_function(
         "holding",

@@ -163,11 +163,7 @@ def _presets():
 def _parameters(robot, pose, tool):
     scalars = (*LENGTHS, *INERTIAS, *BEYOND)
     values = {name: getattr(robot, name) for name in scalars if name != "gravity"}
-    values |= {
-        "gravity": list(robot.gravity),
-        "dry": bool(robot.fs1 or robot.fs2),
-        "leg": 0,
-    }
+    values |= {"gravity": list(robot.gravity), "dry": bool(robot.fs1 or robot.fs2), "leg": 0}
     values |= {} if tool is None else asdict(tool)
     size = sum(values[name] for name in LENGTHS)
     digit = 10 ** np.floor(np.log10(size / 5))
@@ -182,24 +178,11 @@ def _parameters(robot, pose, tool):
 def _start(robot):
     """Return a pose far from singularities, in the lab's modes where they can be."""
     best, found = -1.0, None
-    q = np.stack(
-        np.meshgrid(*[np.linspace(-np.pi, np.pi, 61)[:-1]] * 2),
-        axis=-1,
-    ).reshape(
-        -1,
-        2,
-    )
+    q = np.stack(np.meshgrid(*[np.linspace(-np.pi, np.pi, 61)[:-1]] * 2), axis=-1).reshape(-1, 2)
     for assembly in (-1, 1):
         pose = dgm(robot, q, assembly, unreachable="nan")
-        margin = np.minimum(
-            np.abs(np.stack(pose.sines)).min(axis=0),
-            np.abs(pose.det_A),
-        )
-        above = np.where(
-            (pose.working == -1).all(axis=-1) & (pose.xi[:, 1] > 0),
-            1.0,
-            0.8,
-        )
+        margin = np.minimum(np.abs(np.stack(pose.sines)).min(axis=0), np.abs(pose.det_A))
+        above = np.where((pose.working == -1).all(axis=-1) & (pose.xi[:, 1] > 0), 1.0, 0.8)
         score = np.nan_to_num(margin * above, nan=-1.0)
         k = int(score.argmax())
         if score[k] > best:

@@ -14,14 +14,7 @@ import casadi as ca
 import numpy as np
 
 from ...base.backend import as_numbers
-from ...linkages import (
-    PRESSES,
-    FourBar,
-    SixBarPress,
-    SliderCrank,
-    crank_range,
-    straight_line,
-)
+from ...linkages import PRESSES, FourBar, SixBarPress, SliderCrank, crank_range, straight_line
 from ...linkages.checks import check_branch
 from ...linkages.slider_crank import HELD
 from ...linkages.straight_line import BUILDERS
@@ -29,10 +22,7 @@ from ..functions import named_function
 from ..skeleton import chain_parts
 
 _PRESS = PRESSES["repaired"][0]
-OUTPUTS = {
-    "slide": "slider",
-    "S6_down": "slider",
-}  # what is moved along these coordinates
+OUTPUTS = {"slide": "slider", "S6_down": "slider"}  # what is moved along these coordinates
 
 
 @dataclass(frozen=True)
@@ -62,19 +52,12 @@ def _of_symbols(kind, **parameters):
 
 
 def _four_bar(values):
-    return _of_symbols(
-        FourBar,
-        **dict(zip(_SIDES, values)),
-        point=tuple(values[4:]),
-    )
+    return _of_symbols(FourBar, **dict(zip(_SIDES, values)), point=tuple(values[4:]))
 
 
 def _press(values):
     return _of_symbols(
-        SixBarPress,
-        **dict(zip(_BARS, values)),
-        l12=_PRESS.l12,
-        theta11=_PRESS.theta11,
+        SixBarPress, **dict(zip(_BARS, values)), l12=_PRESS.l12, theta11=_PRESS.theta11
     )
 
 
@@ -83,12 +66,7 @@ def _slider(held):
 
 
 # The crank-rocker in Table 2 of the MechAnalyzer paper
-_SIDES = dict(
-    ground=(0.2, False),
-    crank=(0.06, False),
-    coupler=(0.16, False),
-    rocker=(0.14, False),
-)
+_SIDES = dict(ground=(0.2, False), crank=(0.06, False), coupler=(0.16, False), rocker=(0.14, False))
 _POINT = dict(along=(0.08, True), across=(0.06, True))
 _SLIDER = dict(crank=(0.05, False), rod=(0.15, False), offset=(0.0, True))
 _BARS = {name: (getattr(_PRESS, name), False) for name in ("l2", "l3", "l4", "l5", "l11")}
@@ -97,14 +75,7 @@ for _held in HELD:
     _out = "slide" if _held in ("guide", "slider") else "guide"
     _title = f"slider-crank, {_held} fixed"
     KINDS.append(
-        Kind(
-            f"slider_{_held}",
-            _title,
-            _SLIDER,
-            _slider(_held),
-            _out,
-            _held in ("crank", "rod"),
-        )
+        Kind(f"slider_{_held}", _title, _SLIDER, _slider(_held), _out, _held in ("crank", "rod"))
     )
 KINDS.append(Kind("press", "six-bar press", _BARS, _press, "S6_down", False, 2))
 
@@ -123,12 +94,7 @@ def _mechanism(kind):
     values = ca.SX.sym("values", len(kind.parameters))
     signs = branch if kind.branches == 1 else (branch[0], branch[1])
     with as_numbers():
-        motion = kind.build([values[k] for k in range(values.numel())]).start(
-            q,
-            speed,
-            0.0,
-            signs,
-        )
+        motion = kind.build([values[k] for k in range(values.numel())]).start(q, speed, 0.0, signs)
         chain = motion.chain
         at = motion.position(chain.traced)
         angle = motion.angle, motion.rate, motion.angular_acceleration
@@ -192,11 +158,7 @@ def _four_bar_values(linkage):
     return *linkage.sides, *(linkage.point or (linkage.coupler / 2, 0.0))
 
 
-def address_of(
-    linkage: Any,
-    branch: Any = None,
-    crank: float | None = None,
-) -> str:
+def address_of(linkage: Any, branch: Any = None, crank: float | None = None) -> str:
     """Return what follows the live page's address, for this linkage with its ground laid on the x
     axis.
 

@@ -10,15 +10,7 @@ import numpy as np
 
 from ..style import COLOURS, signs
 from ..view.solids import circle
-from .panels import (
-    draw,
-    draw_level,
-    draw_points,
-    finish,
-    new_figure,
-    note,
-    plane,
-)
+from .panels import draw, draw_level, draw_points, finish, new_figure, note, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,35 +34,14 @@ def draw_tip_error(result: TipError) -> Figure:
     else:
         both = np.array([1, 2])
     left.set(xscale="log", yscale="log")
-    draw(
-        left,
-        "line.unity",
-        *[[both.min(), both.max()]] * 2,
-        label="equal",
-    )
-    draw(
-        left,
-        "mark.pose",
-        linear[good],
-        sampled[good],
-        label="a pose, RMS",
-    )
+    draw(left, "line.unity", *[[both.min(), both.max()]] * 2, label="equal")
+    draw(left, "mark.pose", linear[good], sampled[good], label="a pose, RMS")
     closed = good & np.isfinite(result.radius)
-    draw(
-        left,
-        "mark.worst",
-        1e3 * result.worst[closed],
-        1e3 * result.radius[closed],
-    )
+    draw(left, "mark.worst", 1e3 * result.worst[closed], 1e3 * result.radius[closed])
     words = dict(xlabel="by Jacobian (mm)", ylabel="by Monte Carlo (mm)")
     finish(left, 3, title="error of the tip", **words)
     det = np.abs(np.ravel(result.pose.det_A))
-    ratio = np.divide(
-        sampled,
-        linear,
-        where=good,
-        out=np.full(len(good), np.nan),
-    )
+    ratio = np.divide(sampled, linear, where=good, out=np.full(len(good), np.nan))
     draw(right, "mark.pose", det, ratio, label="Monte Carlo / Jacobian")
     draw_level(right, "line.unity", 1.0)
     if result.open.max() > 0:
@@ -92,20 +63,10 @@ def draw_repeatability(result: Repeatability) -> Figure:
         draw_points(axes, "mark.attained", result.points[k] - centre)
         draw(axes, "mark.barycentre", 0, 0)
         label = f"RP = {1e3 * result.RP[k]:.4g} mm"
-        draw_points(
-            axes,
-            "path.circle",
-            circle(0.0, result.RP[k], 181),
-            label=label,
-        )
+        draw_points(axes, "path.circle", circle(0.0, result.RP[k], 181), label=label)
         if result.commanded is not None and result.AP is not None:
             label = f"commanded, AP = {1e3 * result.AP[k]:.4g} mm"
-            draw_points(
-                axes,
-                "mark.commanded",
-                result.commanded[k] - centre,
-                label=label,
-            )
+            draw_points(axes, "mark.commanded", result.commanded[k] - centre, label=label)
         plane(axes, 2, f"pose {k + 1}")
     return figure
 
@@ -126,9 +87,5 @@ def draw_measurement_poses(result: MeasurementPoses) -> Figure:
     for drive in result.pose.robot.drives:
         draw_points(axes, "robot.base", (drive.x, drive.y))
     title = f"{len(modes)} poses to measure at, in this order; "
-    plane(
-        axes,
-        2,
-        f"{title}tip within {result.worst_tip:.3g} sigma after that",
-    )
+    plane(axes, 2, f"{title}tip within {result.worst_tip:.3g} sigma after that")
     return figure

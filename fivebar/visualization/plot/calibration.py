@@ -12,16 +12,7 @@ from ...estimation.calibration.fit import residuals
 from ...estimation.calibration.measured_robot import FRAME, PLACE, UNITS
 from ...estimation.calibration.report import shown_in
 from ..style import BLUE, ORANGE, PALE, readable
-from .panels import (
-    STYLES,
-    draw,
-    draw_level,
-    draw_points,
-    finish,
-    new_figure,
-    note,
-    plane,
-)
+from .panels import STYLES, draw, draw_level, draw_points, finish, new_figure, note, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,10 +42,7 @@ def _arrows(axes, result):
     width = max(float(np.ptp(points, axis=0).max()), 1e-12)
     before = result.residuals_before[rows.whole]
     after = result.residuals[rows.whole]
-    for miss, colour, words in (
-        (before, ORANGE, "before"),
-        (after, BLUE, "after"),
-    ):
+    for miss, colour, words in ((before, ORANGE, "before"), (after, BLUE, "after")):
         longest = float(np.nanmax(np.hypot(*miss.T), initial=0.0))
         factor = _round_down(ARROW * width / longest) if longest > 1e-15 else 1.0
         scale, unit = readable(longest, "m")
@@ -74,26 +62,10 @@ def _arrows(axes, result):
 def _numbers(axes, result):
     """Where no whole points are measured: predicted against measured numbers."""
     measured = 1e3 * result.rows.numbers
-    for p, colour, words in (
-        (result.before, ORANGE, "before"),
-        (result.p, BLUE, "after"),
-    ):
+    for p, colour, words in ((result.before, ORANGE, "before"), (result.p, BLUE, "after")):
         miss = 1e3 * residuals(p, result.rows, result.assembly, derive=False)[0]
-        draw(
-            axes,
-            "mark.pose",
-            measured,
-            miss,
-            color=colour,
-            label=f"residual {words}",
-        )
-    finish(
-        axes,
-        2,
-        xlabel="measured (mm)",
-        ylabel="predicted − measured (mm)",
-        title="residuals",
-    )
+        draw(axes, "mark.pose", measured, miss, color=colour, label=f"residual {words}")
+    finish(axes, 2, xlabel="measured (mm)", ylabel="predicted − measured (mm)", title="residuals")
 
 
 def _rows(axes, result):
@@ -102,12 +74,7 @@ def _rows(axes, result):
     number = np.arange(1, len(size) + 1)
     out = np.isin(result.rows.where, list(result.outliers))
     axes.vlines(number, 0, scale * size, color=PALE, lw=1)
-    draw(
-        axes,
-        "mark.row",
-        number[~out],
-        scale * size[~out],
-    )
+    draw(axes, "mark.row", number[~out], scale * size[~out])
     if out.any():
         draw(axes, "mark.outlying-row", number[out], scale * size[out])
     label = f"RMS of a coordinate {scale * result.rms:.3g} {unit}"
@@ -123,25 +90,13 @@ def _unknowns(axes, result):
     """Changes in their own units: mm, deg, and per mille of ratios and scale."""
     names = [name for name in result.unknown if name not in FRAME] or list(result.unknown)
     intervals, labels = result.intervals(), []
-    draw(
-        axes,
-        "line.interval",
-        [],
-        [],
-        marker="o",
-        label="estimate, with its 95 % interval",
-    )
+    draw(axes, "line.interval", [], [], marker="o", label="estimate, with its 95 % interval")
     for k, name in enumerate(names):
         start = result.start[PLACE[name]]
         factor = shown_in(name)[0] if name in UNITS else 1e3 / abs(start)
         change = factor * (result.values[name] - start)
         if np.isfinite(result.sd[name]):
-            draw(
-                axes,
-                "line.interval",
-                factor * np.subtract(intervals[name], start),
-                [k, k],
-            )
+            draw(axes, "line.interval", factor * np.subtract(intervals[name], start), [k, k])
             draw(axes, "mark.estimate", change, k)
         else:
             label = "not determined by these data"

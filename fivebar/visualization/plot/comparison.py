@@ -64,13 +64,7 @@ def _torques(axes, runs, styles, motor):
         if run.torque_limit is not None:
             time = np.diff(run.t)[run.saturated[:-1, motor]].sum()
             style = style | {"label": f"{style['label']}, at the limit {time:.2f} s"}
-        draw(
-            axes,
-            "line.step",
-            run.t,
-            scale * run.tau[:, motor],
-            **style,
-        )
+        draw(axes, "line.step", run.t, scale * run.tau[:, motor], **style)
     for limit in {run.largest_torque for run in runs} - {None}:
         draw_level(axes, "line.limit", scale * limit, -scale * limit)
     return f"{words.effort} ({unit})"
@@ -83,30 +77,10 @@ def _solve_times(axes, logs, colours):
     for name, us in times.items():
         style = dict(color=colours[name], lw=1.4)
         median, slow = np.percentile(us, (50, 99))
-        axes.hist(
-            us,
-            bins,
-            color=colours[name],
-            alpha=0.6,
-            label=f"{name}, {len(us)} steps",
-        )
+        axes.hist(us, bins, color=colours[name], alpha=0.6, label=f"{name}, {len(us)} steps")
         axes.axvline(median, label=f"median {median:.0f} µs", **style)
-        axes.axvline(
-            slow,
-            ls="--",
-            label=f"99 % below {slow:.0f} µs",
-            **style,
-        )
+        axes.axvline(slow, ls="--", label=f"99 % below {slow:.0f} µs", **style)
     axes.set_xscale("log")
-    for set_formatter in (
-        axes.xaxis.set_major_formatter,
-        axes.xaxis.set_minor_formatter,
-    ):
+    for set_formatter in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
         set_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.5, 0.5)))
-    finish(
-        axes,
-        3,
-        xlabel="time of a control step (µs)",
-        ylabel="steps",
-        title="solve time",
-    )
+    finish(axes, 3, xlabel="time of a control step (µs)", ylabel="steps", title="solve time")

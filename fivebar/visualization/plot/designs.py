@@ -15,16 +15,7 @@ from ...optimal_design.figures import FIGURES
 from ...optimal_design.task import SAMPLES, Task
 from ..skeleton import pose_body
 from ..style import BLACK, BLUE, RUST
-from .panels import (
-    PALETTES,
-    STYLES,
-    draw,
-    draw_points,
-    draw_robot,
-    new_figure,
-    plane,
-    set_window,
-)
+from .panels import PALETTES, STYLES, draw, draw_points, draw_robot, new_figure, plane, set_window
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -94,40 +85,14 @@ def _atlas(columns, values, good, name):
     filled = axes.tricontourf(*field, cmap="viridis")
     axes.clabel(axes.tricontour(*field, colors="k", linewidths=0.5), fontsize=7)
     picture.colorbar(filled, label=name, shrink=0.75)
-    corners = np.array(
-        [
-            (3, 0, 0),
-            (0, 3, 0),
-            (0, 1.5, 1.5),
-            (1.5, 0, 1.5),
-            (3, 0, 0),
-        ]
-    )
-    places = np.column_stack(
-        [
-            (2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3),
-            corners[:, 2],
-        ]
-    )
+    corners = np.array([(3, 0, 0), (0, 3, 0), (0, 1.5, 1.5), (1.5, 0, 1.5), (3, 0, 0)])
+    places = np.column_stack([(2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3), corners[:, 2]])
     axes.plot(*places.T, color=BLACK, lw=1)
     for (a, b, c), place, side in zip(corners, places, ("left", "right", "right", "left")):
-        offset = dict(
-            xytext=(4 if side == "left" else -4, 3),
-            textcoords="offset points",
-        )
-        axes.annotate(
-            f"({a:g}, {b:g}, {c:g})",
-            place,
-            ha=side,
-            fontsize=7,
-            **offset,
-        )
+        offset = dict(xytext=(4 if side == "left" else -4, 3), textcoords="offset points")
+        axes.annotate(f"({a:g}, {b:g}, {c:g})", place, ha=side, fontsize=7, **offset)
     axes.margins(0.16, 0.1)
-    axes.set(
-        xlabel=r"$(2 r_1 + r_3) / \sqrt{3}$",
-        ylabel=r"$r_3$",
-        title=r"$r_1 + r_2 + r_3 = 3$",
-    )
+    axes.set(xlabel=r"$(2 r_1 + r_3) / \sqrt{3}$", ylabel=r"$r_3$", title=r"$r_1 + r_2 + r_3 = 3$")
     axes.set_aspect("equal")
     return picture
 
@@ -154,25 +119,13 @@ def pose_of(design: Design) -> Pose:
     """
     task, robot = design.task, design.robot
     if task.table:
-        xi = (
-            (task.table[0] + task.table[1]) / 2,
-            (task.table[2] + task.table[3]) / 2,
-        )
+        xi = ((task.table[0] + task.table[1]) / 2, (task.table[2] + task.table[3]) / 2)
     elif task.disc:
         xi = task.disc[:2]
     elif (line := task_line(task)) is not None:
         xi = line[0]
     elif isinstance(robot, FiveBar):
-        xi = (
-            0.0,
-            0.6
-            * np.sqrt(
-                max(
-                    (robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2,
-                    0.0,
-                )
-            ),
-        )
+        xi = (0.0, 0.6 * np.sqrt(max((robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2, 0.0)))
     else:
         return dgm(robot, (0.0, 0.0), unreachable="nan")
     return igm(robot, design.place + xi, task.working, unreachable="nan")
@@ -191,13 +144,7 @@ def _robots(panels, designs):
             points.append(body.points[0])
         if task.table:
             ends = design.place + np.reshape(task.table, (2, 2)).T
-            axes.add_patch(
-                Rectangle(
-                    1e3 * ends[0],
-                    *(1e3 * (ends[1] - ends[0])),
-                    **area,
-                )
-            )
+            axes.add_patch(Rectangle(1e3 * ends[0], *(1e3 * (ends[1] - ends[0])), **area))
             points.append(ends)
         elif task.disc:
             centre = design.place + task.disc[:2]
@@ -218,37 +165,21 @@ def draw_front(front: Front, robots: int = 5) -> Figure:
     """Draw a front, and robots along it, to one scale, with their numbers in the front's order."""
     goals = [f"{label(name)}, {way}" for name, way in front.goals.items()]
     x, y, *more = (front[name] for name in front.goals)
-    places = np.linspace(
-        0,
-        len(front) - 1,
-        min(robots, len(front)),
-    )
+    places = np.linspace(0, len(front) - 1, min(robots, len(front)))
     chosen = {int(k) + 1: k for k in np.unique(places.round().astype(int))}
     picture = new_figure(11, 7.2)
     halves: Any = picture.subfigures(2, 1, height_ratios=(1.35, 1))
     top, bottom = halves
     axes = top.subplots()
     if more:
-        points = axes.scatter(
-            x,
-            y,
-            c=more[0],
-            cmap=PALETTES["lines"],
-            s=36,
-            zorder=2,
-        )
+        points = axes.scatter(x, y, c=more[0], cmap=PALETTES["lines"], s=36, zorder=2)
         top.colorbar(points, label=goals[2])
     else:
         draw(axes, "mark.front", x, y)
     text = dict(textcoords="offset points", color=RUST, weight="bold")
     for number, k in chosen.items():
         draw(axes, "mark.chosen", x[k], y[k])
-        axes.annotate(
-            str(number),
-            (x[k], y[k]),
-            (9, 7),
-            **text,
-        )
+        axes.annotate(str(number), (x[k], y[k]), (9, 7), **text)
     axes.margins(0.06, 0.1)
     axes.set(xlabel=goals[0], ylabel=goals[1])
     axes.grid(alpha=0.25)

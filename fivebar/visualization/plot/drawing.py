@@ -13,14 +13,7 @@ from ...models.geometry import igm
 from ...paths.placement import Placement
 from ..skeleton import pose_body
 from ..style import INK, REFERENCE, readable, signs
-from .panels import (
-    PALETTES,
-    draw_loci_of,
-    draw_points,
-    draw_robot,
-    new_figure,
-    plane,
-)
+from .panels import PALETTES, draw_loci_of, draw_points, draw_robot, new_figure, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -126,31 +119,16 @@ def _draw_errors(figure, axes, drawn, errors):
     for stroke, error in zip(drawn, errors):
         segments += list(1e3 * np.stack([stroke[:-1], stroke[1:]], axis=1))
         colours.append(scale * np.maximum(error[:-1], error[1:]))
-    lines = LineCollection(
-        segments,
-        cmap=PALETTES["lines"].reversed(),
-        lw=1.8,
-        capstyle="round",
-    )
+    lines = LineCollection(segments, cmap=PALETTES["lines"].reversed(), lw=1.8, capstyle="round")
     lines.set(array=np.concatenate(colours), clim=(0.0, scale * largest or 1.0))
     axes.add_collection(lines)
-    figure.colorbar(
-        lines,
-        ax=axes,
-        label=f"error ({unit})",
-        fraction=0.05,
-        pad=0.02,
-    )
+    figure.colorbar(lines, ax=axes, label=f"error ({unit})", fraction=0.05, pad=0.02)
     return f"{scale * largest:.3g} {unit}"
 
 
 def draw_path(path: Path) -> Figure:
     """Draw a Path: strokes, dotted lines where the pen is up, and the points of rest."""
-    piece, share = np.meshgrid(
-        np.arange(len(path.pieces)),
-        np.linspace(0, 1, 33),
-        indexing="ij",
-    )
+    piece, share = np.meshgrid(np.arange(len(path.pieces)), np.linspace(0, 1, 33), indexing="ij")
     lengths = np.array([piece.length for piece in path.pieces])
     points = path.drawn.on(piece, share * lengths[:, None])[0]
     stops: Any = path.stops  # type: ignore[attr-defined]  # set by __post_init__
@@ -160,10 +138,7 @@ def draw_path(path: Path) -> Figure:
     figure = new_figure(7, min(max(7 * height / width, 1.5), 7) + 1.2)
     axes = figure.add_subplot()
     pen_up: dict = dict(color=INK, lw=0.8, ls=(0, (1, 2)), label="pen up")
-    for down, style in (
-        (True, dict(color=REFERENCE, lw=1.6, label="pen down")),
-        (False, pen_up),
-    ):
+    for down, style in ((True, dict(color=REFERENCE, lw=1.6, label="pen down")), (False, pen_up)):
         if (pen == down).any():
             axes.add_collection(LineCollection(1e3 * points[pen == down], **style))
     draw_points(axes, "mark.rest", rests)

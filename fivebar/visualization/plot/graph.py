@@ -53,11 +53,7 @@ def aspect_graph(robot: FiveBar) -> Figure:
     figure = new_figure(7.2, 7.4)
     axes = figure.subplots()
     axes.set_axis_off()
-    axes.set(
-        xlim=(-1.02, 1.02),
-        ylim=(-1.02, 1.02),
-        aspect="equal",
-    )
+    axes.set(xlim=(-1.02, 1.02), ylim=(-1.02, 1.02), aspect="equal")
     for x, y in MODES:
         words = f"working modes ({signs(x, y)})"
         axes.text(x / 2, 0.98 * y, words, **STYLES["graph.modes"])

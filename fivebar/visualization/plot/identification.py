@@ -34,18 +34,6 @@ def draw_identification(result: Identification) -> Figure:
         t = np.insert(run.t, breaks, np.nan)
         tau = np.insert([run.tau, run.predicted], breaks, np.nan, axis=1)
         for k, (axes, (side, colour)) in enumerate(zip(row, SIDES)):
-            ylabel = draw_measured(
-                axes,
-                t,
-                tau[..., k],
-                result.robot.words,
-                colour,
-                "predicted",
-            )
-            over_time(
-                axes,
-                3,
-                ylabel,
-                f"{side} motor, {name}: misses {100 * run.misfit:.3g} %",
-            )
+            ylabel = draw_measured(axes, t, tau[..., k], result.robot.words, colour, "predicted")
+            over_time(axes, 3, ylabel, f"{side} motor, {name}: misses {100 * run.misfit:.3g} %")
     return figure

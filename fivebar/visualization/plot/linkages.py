@@ -12,14 +12,7 @@ import numpy as np
 
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import (
-    COLOURS,
-    DASHES,
-    group_words,
-    largest_of,
-    of_unit,
-    shown_unit,
-)
+from ..style import COLOURS, DASHES, group_words, largest_of, of_unit, shown_unit
 from .panels import STYLES, draw, draw_points, new_figure, note, over_time, plane
 
 if TYPE_CHECKING:
@@ -97,12 +90,7 @@ def vector_method_figure(study: Study, point: str = "M") -> Figure:
     figure = new_figure(12, 6.4)
     panels = figure.subplots(2, 3, sharex=True)
     for axes, (name, title) in zip(panels.flat, VECTOR_METHOD.items()):
-        axes.plot(
-            np.degrees(study.q),
-            study[f"{point}.{name}"],
-            color=COLOURS[0],
-            lw=1.5,
-        )
+        axes.plot(np.degrees(study.q), study[f"{point}.{name}"], color=COLOURS[0], lw=1.5)
         axes.set_title(f"{title} of {point}", fontsize=10)
         axes.set_ylabel(f"({of_unit(unit(f'{point}.{name}'))})")
         axes.grid(alpha=0.25)
@@ -128,10 +116,7 @@ def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = 
     for curve in curves:
         new = curve.label not in labels
         number = labels.setdefault(curve.label, len(labels))
-        style: dict = dict(
-            color=COLOURS[number % len(COLOURS)],
-            ls=DASHES[number % len(DASHES)],
-        )
+        style: dict = dict(color=COLOURS[number % len(COLOURS)], ls=DASHES[number % len(DASHES)])
         label = curve.label if new else None
         draw_points(axes, "line.medium", curve.points, label=label, **style)
         if len(curve.locks):

@@ -30,9 +30,7 @@ HALO = [withStroke(linewidth=3.0, foreground="white")]
 
 
 def singularity_map(
-    data: Map,
-    path: ArrayLike | None = None,
-    dexterous: tuple | None = None,
+    data: Map, path: ArrayLike | None = None, dexterous: tuple | None = None
 ) -> Figure:
     """Return the figure of a singularity map: a panel for each mode, in mm or degrees.
 
@@ -67,22 +65,14 @@ def singularity_map(
     width = np.ptp(x)
     height = np.ptp(y)
     rows = 2 if task else 1
-    figure = new_figure(
-        9.6,
-        1.0 + rows * (0.35 + 3.75 * np.clip(height / width, 0.4, 2.0)),
-    )
+    figure = new_figure(9.6, 1.0 + rows * (0.35 + 3.75 * np.clip(height / width, 0.4, 2.0)))
     panels = figure.subplots(rows, 2, sharex=True, sharey=True)
     regions = None
     if task and turns:
         regions = aspects(robot) if dexterous is None else dexterous
     shown = field_scale(data)
     norm = (LogNorm if shown.logarithmic else Normalize)(shown.low, shown.high)
-    colours = dict(
-        cmap=PALETTES[shown.palette],
-        norm=norm,
-        interpolation="bilinear",
-        zorder=0,
-    )
+    colours = dict(cmap=PALETTES[shown.palette], norm=norm, interpolation="bilinear", zorder=0)
     # The image's borders are half a step beyond the outer nodes, the middles of its pixels.
     half_x = width / (len(x) - 1) / 2
     half_y = height / (len(y) - 1) / 2
@@ -94,21 +84,10 @@ def singularity_map(
 
         def show(words, points, axes=axes, **style):
             known[words] = f"map.{words}"
-            draw(
-                axes,
-                f"map.{words}",
-                *(scale * np.asarray(points)).T,
-                label=words,
-                **style,
-            )
+            draw(axes, f"map.{words}", *(scale * np.asarray(points)).T, label=words, **style)
 
         image = axes.imshow(values[k], origin="lower", extent=borders, **colours)
-        axes.set(
-            xlim=(x[0], x[-1]),
-            ylim=(y[0], y[-1]),
-            facecolor="#ececec",
-            aspect="equal",
-        )
+        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), facecolor="#ececec", aspect="equal")
         for words, layers, points in map_loci(data):
             if k in layers:
                 show(words, points)
@@ -116,13 +95,7 @@ def singularity_map(
             if turns:
                 show("base joint", [(drive.x, drive.y)])
             else:
-                show(
-                    "guide",
-                    [
-                        (drive.x, data.y[0]),
-                        (drive.x, data.y[-1]),
-                    ],
-                )
+                show("guide", [(drive.x, data.y[0]), (drive.x, data.y[-1])])
         here = [region for region in regions or () if region.working == mode]
         for region in here:
             if dexterous is not None:
@@ -145,23 +118,13 @@ def singularity_map(
     else:
         names = [f"$q_{{{name[1:]}}}$" for name in data.robot.words.joints]
     for axes in panels.flat:
-        axes.set(
-            xlabel=f"{names[0]} ({unit})",
-            ylabel=f"{names[1]} ({unit})",
-        )
+        axes.set(xlabel=f"{names[0]} ({unit})", ylabel=f"{names[1]} ({unit})")
         axes.label_outer()
         if unit == "deg":
             axes.xaxis.set_major_locator(_degrees(width))
             axes.yaxis.set_major_locator(_degrees(height))
     extend = "neither" if data.field in (*SIGNED, "transmission_angle") else "max"
-    figure.colorbar(
-        image,
-        ax=panels,
-        label=shown.words,
-        shrink=0.85,
-        pad=0.02,
-        extend=extend,
-    )
+    figure.colorbar(image, ax=panels, label=shown.words, shrink=0.85, pad=0.02, extend=extend)
     handles = [Line2D([], [], label=words, **STYLES[kind]) for words, kind in known.items()]
     figure_legend(figure, handles, 3)
     return figure
@@ -184,14 +147,7 @@ def _number(axes, region, scale):
         return
     width = right - left
     box = dict(boxstyle="circle,pad=0.25", fc="white", ec=INK, lw=0.8)
-    text = dict(
-        ha="center",
-        va="center",
-        fontsize=9,
-        fontweight="bold",
-        bbox=box,
-        color=INK,
-    )
+    text = dict(ha="center", va="center", fontsize=9, fontweight="bold", bbox=box, color=INK)
     away = 0
     if scale * region.clearance <= 0.03 * width:
         if x >= (left + right) / 2 - 0.01 * width:

@@ -96,22 +96,10 @@ def plane(axes: Axes, columns: int = 0, title: str = "") -> None:
         axes.grid(alpha=0.25)
 
 
-def over_time(
-    axes: Axes,
-    columns: int,
-    ylabel: str,
-    title: str,
-    last: bool = True,
-) -> None:
+def over_time(axes: Axes, columns: int, ylabel: str, title: str, last: bool = True) -> None:
     """Finish a panel over time, with the time's label under the last."""
     axes.margins(x=0)
-    finish(
-        axes,
-        columns,
-        xlabel="time (s)" if last else "",
-        ylabel=ylabel,
-        title=title,
-    )
+    finish(axes, columns, xlabel="time (s)" if last else "", ylabel=ylabel, title=title)
 
 
 def draw(axes: Axes, kind: str, x: ArrayLike, y: ArrayLike, **more) -> None:
@@ -121,22 +109,12 @@ def draw(axes: Axes, kind: str, x: ArrayLike, y: ArrayLike, **more) -> None:
 
 def draw_points(axes: Axes, kind: str, points: ArrayLike, **more) -> None:
     """Plot points (..., 2) m in mm."""
-    draw(
-        axes,
-        kind,
-        *np.moveaxis(1e3 * np.asarray(points), -1, 0),
-        **more,
-    )
+    draw(axes, kind, *np.moveaxis(1e3 * np.asarray(points), -1, 0), **more)
 
 
 def note(axes: Axes, text: str, point: np.ndarray) -> None:
     """Write a note beside a point (2,) m."""
-    axes.annotate(
-        text,
-        tuple(1e3 * point),
-        xytext=(6, 5),
-        **STYLES["text.note"],
-    )
+    axes.annotate(text, tuple(1e3 * point), xytext=(6, 5), **STYLES["text.note"])
 
 
 def draw_level(axes: Axes, kind: str, *levels: float, **more) -> None:
@@ -180,10 +158,7 @@ def draw_loci_of(axes: Axes, robot: Any, working: Any, ends: tuple, tool: Tool |
 
 
 def draw_loci(
-    axes: Axes,
-    robot: FiveBar | Biglide,
-    working: tuple | None,
-    ends: tuple | None = None,
+    axes: Axes, robot: FiveBar | Biglide, working: tuple | None, ends: tuple | None = None
 ) -> None:
     """Draw the loci of these working modes (None: of all), each type named once.
 
@@ -231,44 +206,21 @@ def mark_crossing(axes: Axes, place: float, kind: Singularity) -> None:
 
 
 def draw_torques(
-    axes: Axes,
-    words: Words,
-    t: np.ndarray,
-    tau: np.ndarray,
-    limits: Any,
-    limit: str,
+    axes: Axes, words: Words, t: np.ndarray, tau: np.ndarray, limits: Any, limit: str
 ) -> str:
     """Draw torques (n, 2) and their limits, named once as `limit`; return the axis's label."""
     most = limits.torque or (0.0, 0.0)
     scale, unit = readable(max(np.abs(tau).max(), *most), words.effort_unit)
     for leg, (name, colour) in enumerate(SIDES):
-        draw(
-            axes,
-            "line.medium",
-            t,
-            scale * tau[:, leg],
-            color=colour,
-            label=name,
-        )
+        draw(axes, "line.medium", t, scale * tau[:, leg], color=colour, label=name)
         if most[leg]:
             label = None if leg else limit
-            draw_level(
-                axes,
-                "line.limit",
-                scale * most[leg],
-                -scale * most[leg],
-                label=label,
-            )
+            draw_level(axes, "line.limit", scale * most[leg], -scale * most[leg], label=label)
     return f"{words.effort} ({unit})"
 
 
 def draw_measured(
-    axes: Axes,
-    t: np.ndarray,
-    pair: np.ndarray,
-    words: Words,
-    colour: str,
-    label: str,
+    axes: Axes, t: np.ndarray, pair: np.ndarray, words: Words, colour: str, label: str
 ) -> str:
     """Draw measured and computed efforts (2, n) of a motor; return the axis's label."""
     sizes = np.abs(pair)[np.isfinite(pair)]

@@ -46,11 +46,7 @@ def draw_plan(plan: Plan, tool: Tool | None = None) -> Figure:
     figure = new_figure(12, 7)
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
     # Every interval at both of its ends: torques may jump from one to the next.
-    k, sigma = np.meshgrid(
-        np.arange(len(plan.pieces.xi)),
-        np.linspace(0, 1, 21),
-        indexing="ij",
-    )
+    k, sigma = np.meshgrid(np.arange(len(plan.pieces.xi)), np.linspace(0, 1, 21), indexing="ij")
     k = k.ravel()
     sigma = sigma.ravel()
     t = plan.pieces.knots[k] + sigma * plan.pieces.widths[k]
@@ -79,15 +75,7 @@ def _path(axes, plan, pose, crossed, tool):
         working = tuple(pose.working[0].tolist())
     draw_robot(axes, body, 0, alpha=0.35)
     draw_robot(axes, body, -1)
-    ends = set_window(
-        axes,
-        np.concatenate(
-            [
-                *body.points[[0, -1]][:, body.joints],
-                xi,
-            ]
-        ),
-    )
+    ends = set_window(axes, np.concatenate([*body.points[[0, -1]][:, body.joints], xi]))
     draw_loci_of(axes, plan.robot, working, ends, tool)
     draw_points(axes, "path.planned", xi)
     draw_points(axes, "mark.end", xi[0], marker="o")
@@ -98,19 +86,10 @@ def _path(axes, plan, pose, crossed, tool):
         poses = [plan.problem.accelerations(motion).rates.pose for motion in still]
         points = [pose.xi if tool is None else tool.point(pose) for pose in poses]
         draw_points(axes, "mark.via", points)
-    for kind, marker in (
-        (Singularity.SERIAL, "+"),
-        (Singularity.PARALLEL, "x"),
-    ):
+    for kind, marker in ((Singularity.SERIAL, "+"), (Singularity.PARALLEL, "x")):
         if places := [place for other, place in crossed if other == kind]:
             label = f"crossing of {LOCI[kind]['label']}"
-            draw_points(
-                axes,
-                "mark.crossing",
-                xi[places],
-                marker=marker,
-                label=label,
-            )
+            draw_points(axes, "mark.crossing", xi[places], marker=marker, label=label)
     plane(axes, 4, "path, with the robot at start (pale) and goal")
 
 
@@ -136,14 +115,7 @@ def _sines(axes, plan, t, pose):
     if plan.robot.turns:
         names = "q_{12}", "q_{22}"
     for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
-        draw(
-            axes,
-            "line.medium",
-            t,
-            pose.sines[leg],
-            color=colour,
-            label=rf"$\sin {name}$",
-        )
+        draw(axes, "line.medium", t, pose.sines[leg], color=colour, label=rf"$\sin {name}$")
         if limits.sin:
             limit = -plan.problem.working[leg] * limits.sin
             draw_level(axes, "line.limit", limit, color=colour)

@@ -65,10 +65,7 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
     width, height = np.ptp(points.reshape(-1, 2), axis=0)
     margin = 0.24 * max(width, height)
     shape = (height + margin) / (width + margin)
-    figure = new_figure(
-        WIDTH * columns + 0.5,
-        rows * (WIDTH * shape + 0.35) + 0.5,
-    )
+    figure = new_figure(WIDTH * columns + 0.5, rows * (WIDTH * shape + 0.35) + 0.5)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for sample, (axes, title) in enumerate(zip(panels, titles)):
         draw_robot(axes, body, sample)

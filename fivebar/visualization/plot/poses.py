@@ -43,10 +43,7 @@ def strip_figure(scene: Scene, poses: int = 6) -> Figure:
     columns = min(poses, 6)
     rows = -(-poses // columns)
     side = 12.0 / max(columns, 3)
-    figure = new_figure(
-        side * columns,
-        rows * (side * _shape(scene) + 0.3) + 0.8,
-    )
+    figure = new_figure(side * columns, rows * (side * _shape(scene) + 0.3) + 0.8)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, time in zip(panels, np.linspace(0.0, scene.duration, poses)):
         _stage(axes, scene)
@@ -141,13 +138,7 @@ def _shape(scene):
 
 def _stage(axes, scene):
     (left, low), (right, high) = scene.window
-    axes.set(
-        xlim=(left, right),
-        ylim=(low, high),
-        xticks=[],
-        yticks=[],
-        aspect="equal",
-    )
+    axes.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[], aspect="equal")
     axes.spines[:].set_color("#d5dade")
 
 
@@ -191,28 +182,13 @@ def _place(x=0.0, y=0.0, angle=0.0, scale=(1.0, 1.0)):
     """Return the matrix of a place, a turn and a scale in the plane."""
     c = np.cos(angle)
     s = np.sin(angle)
-    return np.array(
-        [
-            (
-                c * scale[0],
-                -s * scale[1],
-                x,
-            ),
-            (s * scale[0], c * scale[1], y),
-            (0, 0, 1),
-        ]
-    )
+    return np.array([(c * scale[0], -s * scale[1], x), (s * scale[0], c * scale[1], y), (0, 0, 1)])
 
 
 def _place_at(part, t, time):
     values = {name: _between(t, track, time) for name, (_, track) in part.tracks.items()}
     x, y, _ = values.get("position", (0.0, 0.0, 0.0))
-    return _place(
-        x,
-        y,
-        values.get("rotation[z]", 0.0),
-        values.get("scale", (1.0, 1.0)),
-    )
+    return _place(x, y, values.get("rotation[z]", 0.0), values.get("scale", (1.0, 1.0)))
 
 
 def _is_shown(part, time):
@@ -232,11 +208,7 @@ def _areas(meshes, place, share):
             if share < 1:
                 rows = round(share * (len(outline) / 2 - 1)) + 1
                 outline = np.concatenate([outline[:rows], outline[-rows:]])
-            yield (
-                mesh["top"],
-                outline @ place[:2, :2].T + place[:2, 2],
-                colour,
-            )
+            yield (mesh["top"], outline @ place[:2, :2].T + place[:2, 2], colour)
 
 
 def _between(t, values, time):
@@ -244,8 +216,5 @@ def _between(t, values, time):
     if time <= t[0] or len(values) == 1:
         return values[0]
     k = min(int(np.searchsorted(t, time)), len(t) - 1)
-    share = min(
-        1.0,
-        (time - t[k - 1]) / (t[k] - t[k - 1]),
-    )
+    share = min(1.0, (time - t[k - 1]) / (t[k] - t[k - 1]))
     return (1 - share) * values[k - 1] + share * values[k]

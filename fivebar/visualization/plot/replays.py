@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..style import SIDES, readable
-from .panels import (
-    draw,
-    draw_measured,
-    draw_points,
-    new_figure,
-    over_time,
-    plane,
-)
+from .panels import draw, draw_measured, draw_points, new_figure, over_time, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

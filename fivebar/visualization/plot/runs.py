@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..skeleton import run_body
-from ..style import (
-    LEFT,
-    PALE,
-    RIGHT,
-    SIDES,
-    largest_of,
-    readable,
-    robot_title,
-)
+from ..style import LEFT, PALE, RIGHT, SIDES, largest_of, readable, robot_title
 from .panels import (
     STYLES,
     draw,
@@ -80,29 +72,11 @@ def _errors(axes, run):
     rms = np.sqrt(np.mean(known**2))
     scale, unit = readable(largest, "m")
     for name, error, colour in zip("xy", run.error.T, (LEFT, RIGHT)):
-        draw(
-            axes,
-            "line.thin",
-            run.t,
-            scale * error,
-            color=colour,
-            label=name,
-        )
+        draw(axes, "line.thin", run.t, scale * error, color=colour, label=name)
     draw(axes, "line.distance", run.t, scale * size)
-    draw_level(
-        axes,
-        "line.rms",
-        scale * rms,
-        label=f"RMS {scale * rms:.3g} {unit}",
-    )
+    draw_level(axes, "line.rms", scale * rms, label=f"RMS {scale * rms:.3g} {unit}")
     label = f"maximum {scale * largest:.3g} {unit}"
-    draw(
-        axes,
-        "mark.peak",
-        run.t[np.nanargmax(size)],
-        scale * largest,
-        label=label,
-    )
+    draw(axes, "mark.peak", run.t[np.nanargmax(size)], scale * largest, label=label)
     _crossings(axes, run)
     title = f"tracking error of the {_tip(run)}"
     over_time(axes, 5, f"error ({unit})", title, last=False)
@@ -112,33 +86,16 @@ def _torques(axes, run):
     words = run.robot.words
     scale, unit = readable(largest_of(run.tau), words.effort_unit)
     for (name, colour), tau in zip(SIDES, run.tau.T):
-        draw(
-            axes,
-            "line.step",
-            run.t,
-            scale * tau,
-            color=colour,
-            label=name,
-        )
+        draw(axes, "line.step", run.t, scale * tau, color=colour, label=name)
     if run.torque_limit is not None:
         limit = scale * run.largest_torque
         draw_level(axes, "line.limit", limit, -limit, label="limit")
         saturated = run.saturated.any(axis=1)
         label = f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time"
-        area = dict(
-            step="post",
-            transform=axes.get_xaxis_transform(),
-            color="0.85",
-            zorder=0,
-        )
+        area = dict(step="post", transform=axes.get_xaxis_transform(), color="0.85", zorder=0)
         axes.fill_between(run.t, 0, 1, where=saturated, label=label, **area)
     _crossings(axes, run)
-    over_time(
-        axes,
-        4,
-        f"{words.effort} ({unit})",
-        f"motor {words.effort}s",
-    )
+    over_time(axes, 4, f"{words.effort} ({unit})", f"motor {words.effort}s")
 
 
 def _crossings(axes, run):
@@ -147,10 +104,4 @@ def _crossings(axes, run):
     for event in run.events:
         axes.axvline(event.t, **STYLES["line.crossing"])
         kind = f"Type {int(event.type)}"
-        axes.text(
-            event.t,
-            0.98,
-            kind,
-            transform=axes.get_xaxis_transform(),
-            **words,
-        )
+        axes.text(event.t, 0.98, kind, transform=axes.get_xaxis_transform(), **words)

@@ -67,32 +67,15 @@ def _drawing(figure, axes, motion, t):
     for down, width, alpha in ((True, 2.6, 1.0), (False, 1.0, 0.45)):
         now = pen_down == down
         if now.any():
-            style = dict(
-                cmap=PALETTES["lines"],
-                linewidths=width,
-                alpha=alpha,
-                zorder=3,
-            )
+            style = dict(cmap=PALETTES["lines"], linewidths=width, alpha=alpha, zorder=3)
             lines = LineCollection(parts[now], capstyle="round", **style)
             lines.set(array=speed[now], clim=(0, speed.max()))
             axes.add_collection(lines)
             if down or now.all():
-                figure.colorbar(
-                    lines,
-                    ax=axes,
-                    location="top",
-                    shrink=0.8,
-                    label="speed (m/s)",
-                )
+                figure.colorbar(lines, ax=axes, location="top", shrink=0.8, label="speed (m/s)")
     if motion.crossing.any():
         places = motion.path.drawn(motion.s[motion.crossing])[0]
-        draw_points(
-            axes,
-            "mark.crossing",
-            places,
-            marker="x",
-            label="crossing of Type 2",
-        )
+        draw_points(axes, "mark.crossing", places, marker="x", label="crossing of Type 2")
     plane(axes, 4, "the path, with the robot at its start")
 
 

@@ -67,23 +67,10 @@ def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") ->
         step = t[-1] / (MOST - 1)
         notes.append(f"{MOST} of {len(t)} samples are shown, {step:.3g} s apart.")
     holes = np.array(stretches(~good)).reshape(-1, 2)
-    index = np.union1d(
-        index,
-        np.clip(
-            holes + (-1, 1),
-            0,
-            len(t) - 1,
-        ),
-    ).astype(int)
+    index = np.union1d(index, np.clip(holes + (-1, 1), 0, len(t) - 1)).astype(int)
     index = index[good[index]]
     # A gap reaches half-way to its neighbours, which are still shown.
-    middles = np.concatenate(
-        [
-            t[:1],
-            (t[:-1] + t[1:]) / 2,
-            t[-1:],
-        ]
-    )
+    middles = np.concatenate([t[:1], (t[:-1] + t[1:]) / 2, t[-1:]])
     gaps = tuple((float(middles[low]), float(middles[high + 1])) for low, high in holes)
     if gaps:
         spans = ", ".join(f"{start + low:.6g} to {start + high:.6g} s" for low, high in gaps[:3])
@@ -93,23 +80,12 @@ def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") ->
             more = ""
         count = f"{(~good).sum()} of {len(t)} samples {lack}"
         notes.append(f"{count}: nothing is drawn from {spans}{more}.")
-    return Frames(
-        index,
-        t[index],
-        start,
-        float(t[-1]),
-        gaps,
-        tuple(notes),
-    )
+    return Frames(index, t[index], start, float(t[-1]), gaps, tuple(notes))
 
 
 def grid(duration: float) -> np.ndarray:
     """Return times (n,) s from 0 to `duration` for a motion that is known at any time."""
-    return np.linspace(
-        0.0,
-        duration,
-        int(np.clip(round(duration * PER_SECOND) + 1, 2, MOST)),
-    )
+    return np.linspace(0.0, duration, int(np.clip(round(duration * PER_SECOND) + 1, 2, MOST)))
 
 
 def _nearest(t, times):
@@ -117,13 +93,7 @@ def _nearest(t, times):
     if len(t) <= len(times):
         return np.arange(len(t))
     after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
-    return np.unique(
-        np.where(
-            times - t[after - 1] < t[after] - times,
-            after - 1,
-            after,
-        )
-    )
+    return np.unique(np.where(times - t[after - 1] < t[after] - times, after - 1, after))
 
 
 def stretches(flags: np.ndarray) -> list[tuple[int, int]]:

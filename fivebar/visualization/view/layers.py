@@ -123,12 +123,7 @@ class Arrows(Layer):
         path = f"{self.name}/{number}"
         good = np.isfinite(arrows).all(axis=1)
         arrows = np.where(good[:, None], arrows, 0.0)
-        yield Part(
-            path,
-            [],
-            place_tracks(self.places, arrows),
-            visibility(machine.frames.t, good),
-        )
+        yield Part(path, [], place_tracks(self.places, arrows), visibility(machine.frames.t, good))
         # Both have unit length along x; a scale of 0 has no inverse, which the viewer's shading
         # asks for.
         length = np.hypot(*arrows.T)
@@ -136,22 +131,9 @@ class Arrows(Layer):
         head = np.maximum(np.minimum(1.3 * w, 0.7 * length), 1e-6 * w)
         neck = np.maximum(length - head, 1e-6 * w)
         half = 0.14 * w
-        shaft = polygon(
-            [
-                (0, -half),
-                (1, -half),
-                (1, half),
-                (0, half),
-            ],
-            height,
-            self.colour,
-        )
+        shaft = polygon([(0, -half), (1, -half), (1, half), (0, half)], height, self.colour)
         yield Part(f"{path}/shaft", [shaft], scale_track(neck, 1.0))
-        tip = polygon(
-            [(0, -0.45), (1, 0), (0, 0.45)],
-            height,
-            self.colour,
-        )
+        tip = polygon([(0, -0.45), (1, 0), (0, 0.45)], height, self.colour)
         tracks = place_tracks(np.stack([neck, 0 * neck], axis=1)) | scale_track(head, head)
         yield Part(f"{path}/tip", [tip], tracks)
 
@@ -179,10 +161,7 @@ class TurningArrows(Layer):
 
     def place_of_sign(self, machine: Machine) -> dict:
         """Return where it is in the tip's frame, and the tip's least size for it to be seen."""
-        return {
-            "at": (self.radius * machine.pen, 2.2 * machine.pen),
-            "least": 0.3,
-        }
+        return {"at": (self.radius * machine.pen, 2.2 * machine.pen), "least": 0.3}
 
     def sweeps(self) -> np.ndarray:
         """Return the angles (m,) through which they turn, rad."""
@@ -202,11 +181,7 @@ class TurningArrows(Layer):
         size = np.abs(sweep)
         band = arc(radius, 0.34 * w, SWEEP, PIECES, height, self.colour)
         yield Part(f"{path}/band", [band], drawn=size / SWEEP)
-        corners = [
-            (radius - 0.55 * w, 0),
-            (radius + 0.55 * w, 0),
-            (radius, 1.1 * w),
-        ]
+        corners = [(radius - 0.55 * w, 0), (radius + 0.55 * w, 0), (radius, 1.1 * w)]
         tip = polygon(corners, height, self.colour)
         tracks = {"rotation[z]": ("number", size)} | scale_track(
             1.0, np.clip(size / 0.3, 0.02, 1.0)

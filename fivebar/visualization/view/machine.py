@@ -22,12 +22,7 @@ STEEL = "#e8ebee"
 RAIL = "#98a2ac"
 EVENT = "#e51c23"
 SHADOW_OFFSET = np.array([0.3, -0.4])  # widths of a bar: the light comes from the upper left
-SHADOW = {
-    "type": "MeshBasicMaterial",
-    "transparent": True,
-    "opacity": 0.13,
-    "depthWrite": False,
-}
+SHADOW = {"type": "MeshBasicMaterial", "transparent": True, "opacity": 0.13, "depthWrite": False}
 
 
 class Notice(NamedTuple):
@@ -122,57 +117,23 @@ class Machine:
         for number, rail in enumerate(body.moving_rails):
             length = self._mean_length(rail)
             span = body.span(rail)
-            guide = box(
-                (length / 2, 0.0),
-                length,
-                0.6 * w,
-                -1.2 * layer,
-                -0.3 * layer,
-                RAIL,
-            )
-            yield Part(
-                f"rails/{number}",
-                [guide],
-                place_tracks(body.points[:, rail[0]], span),
-            )
+            guide = box((length / 2, 0.0), length, 0.6 * w, -1.2 * layer, -0.3 * layer, RAIL)
+            yield Part(f"rails/{number}", [guide], place_tracks(body.points[:, rail[0]], span))
         for number, (i, j, joint) in enumerate(body.blocks):
             length = max(self._mean_length((i, j)), 2.6 * w)
             colour = MOTOR if joint in body.actuated else RAIL
-            block = box(
-                (0.0, 0.0),
-                length,
-                2.0 * w,
-                -2.2 * layer,
-                -0.25 * layer,
-                colour,
-            )
+            block = box((0.0, 0.0), length, 2.0 * w, -2.2 * layer, -0.25 * layer, colour)
             middle = (body.points[:, i] + body.points[:, j]) / 2
-            yield Part(
-                f"blocks/{number}",
-                [block],
-                place_tracks(middle, body.span((i, j))),
-            )
+            yield Part(f"blocks/{number}", [block], place_tracks(middle, body.span((i, j))))
         for b, (bar, length) in enumerate(zip(body.bars, self.lengths)):
             tracks = place_tracks(body.points[:, bar[0]], body.span(bar))
             low = self.heights[b]
             colour = body.colours[b]
-            shadow = link(
-                length,
-                1.05 * w,
-                -4.4 * layer,
-                -4.3 * layer,
-                "#000000",
-                **SHADOW,
-            )
+            shadow = link(length, 1.05 * w, -4.4 * layer, -4.3 * layer, "#000000", **SHADOW)
             yield Part(f"shadows/{b}", [shadow], tracks)
             solids = [link(length, w, low, low + 0.9 * layer, colour)]
             if length > 4 * w:
-                groove = (
-                    length - 2.4 * w,
-                    0.36 * w,
-                    low,
-                    low + 0.93 * layer,
-                )
+                groove = (length - 2.4 * w, 0.36 * w, low, low + 0.93 * layer)
                 solids.append(link(*groove, _shaded(colour, 0.82), 1.2 * w))
             yield Part(f"bars/{b}", solids, tracks)
         for joint in body.joints:
@@ -184,41 +145,13 @@ class Machine:
         fixed = self.body.points[0]
         feet = fixed[self.body.feet]
         for foot in feet:
-            yield box(
-                foot,
-                3.4 * w,
-                3.4 * w,
-                -4 * layer,
-                -3 * layer,
-                PLATE,
-            )
+            yield box(foot, 3.4 * w, 3.4 * w, -4 * layer, -3 * layer, PLATE)
         for ends in zip(feet, feet[1:]):
-            yield _beam(
-                ends,
-                0.0,
-                2.2 * w,
-                -4 * layer,
-                -3.2 * layer,
-                PLATE,
-            )
+            yield _beam(ends, 0.0, 2.2 * w, -4 * layer, -3.2 * layer, PLATE)
         for rail in self.body.fixed_rails:
             ends = fixed[list(rail)]
-            yield _beam(
-                ends,
-                w,
-                1.5 * w,
-                -4 * layer,
-                -3 * layer,
-                PLATE,
-            )
-            yield _beam(
-                ends,
-                0.0,
-                0.5 * w,
-                -3 * layer,
-                -1.6 * layer,
-                RAIL,
-            )
+            yield _beam(ends, w, 1.5 * w, -4 * layer, -3 * layer, PLATE)
+            yield _beam(ends, 0.0, 0.5 * w, -3 * layer, -1.6 * layer, RAIL)
 
     def _joint(self, joint):
         w = self.width
@@ -229,52 +162,19 @@ class Machine:
         top = max(bars) + 0.9 * layer
         solids = [
             cylinder(0.36 * w, low, top + 0.12 * layer, STEEL),
-            cylinder(
-                0.22 * w,
-                low,
-                top + 0.3 * layer,
-                PATH if joint == body.traced else PIN,
-            ),
+            cylinder(0.22 * w, low, top + 0.3 * layer, PATH if joint == body.traced else PIN),
         ]
         moved = body.points[:, joint]
         if joint in body.grounded:
             moved = moved[:1]
             if joint in body.actuated:
-                solids.append(
-                    cylinder(
-                        1.25 * w,
-                        -3 * layer,
-                        -0.35 * layer,
-                        MOTOR,
-                    )
-                )
+                solids.append(cylinder(1.25 * w, -3 * layer, -0.35 * layer, MOTOR))
                 cover = _shaded(MOTOR, 1.3)
-                solids.append(
-                    cylinder(
-                        0.85 * w,
-                        -3 * layer,
-                        -0.15 * layer,
-                        cover,
-                    )
-                )
+                solids.append(cylinder(0.85 * w, -3 * layer, -0.15 * layer, cover))
             else:
-                solids.append(
-                    cylinder(
-                        0.75 * w,
-                        -3 * layer,
-                        -0.15 * layer,
-                        RAIL,
-                    )
-                )
+                solids.append(cylinder(0.75 * w, -3 * layer, -0.15 * layer, RAIL))
         elif joint in body.travelling:  # the motor is between the two bars it drives
-            solids.append(
-                cylinder(
-                    0.62 * w,
-                    low - 0.4 * layer,
-                    top + 0.06 * layer,
-                    MOTOR,
-                )
-            )
+            solids.append(cylinder(0.62 * w, low - 0.4 * layer, top + 0.06 * layer, MOTOR))
         return Part(f"joints/{joint}", solids, place_tracks(moved))
 
     @cached_property
@@ -283,23 +183,8 @@ class Machine:
         w = self.width
         height = self.top + 0.4 * self.width
         glass = {"transparent": True, "opacity": 0.25}
-        disc = polygon(
-            circle((0.0, 0.0), 1.5 * w, 49),
-            height,
-            EVENT,
-            **glass,
-        )
-        return [
-            arc(
-                1.8 * w,
-                0.6 * w,
-                2 * np.pi,
-                48,
-                height,
-                EVENT,
-            ),
-            disc,
-        ]
+        disc = polygon(circle((0.0, 0.0), 1.5 * w, 49), height, EVENT, **glass)
+        return [arc(1.8 * w, 0.6 * w, 2 * np.pi, 48, height, EVENT), disc]
 
 
 def _shaded(colour, share):
@@ -311,9 +196,4 @@ def _beam(ends, longer, *size_and_colour):
     start, end = ends
     dx, dy = end - start
     length = np.hypot(dx, dy) + longer
-    return box(
-        (start + end) / 2,
-        length,
-        *size_and_colour,
-        np.arctan2(dy, dx),
-    )
+    return box((start + end) / 2, length, *size_and_colour, np.arctan2(dy, dx))

@@ -45,13 +45,7 @@ def page(scene: Scene) -> str:
         root = f"/m{k}"
         x = scale * (offset - (left + right) / 2)
         y = -scale * (low + high) / 2
-        messages.append(
-            {
-                "type": "set_transform",
-                "path": root,
-                "matrix": at(x, y, scale=scale),
-            }
-        )
+        messages.append({"type": "set_transform", "path": root, "matrix": at(x, y, scale=scale)})
         animations += _machine(root, machine, messages, entries)
         for number, layer in enumerate(machine.layers):
             path = f"{root}/moving/{layer.name}/{number}"
@@ -63,20 +57,8 @@ def page(scene: Scene) -> str:
         events += [{**event._asdict(), "root": root} for event in machine.events]
         if scene.names:
             middle = float(machine.box[0][0] + machine.box[1][0]) / 2
-            labels.append(
-                {
-                    "text": scene.names[k],
-                    "x": x + scale * middle,
-                    "y": y + scale * low,
-                }
-            )
-    messages.append(
-        {
-            "type": "set_animation",
-            "options": {"play": True},
-            "animations": animations,
-        }
-    )
+            labels.append({"text": scene.names[k], "x": x + scale * middle, "y": y + scale * low})
+    messages.append({"type": "set_animation", "options": {"play": True}, "animations": animations})
     notes = list(scene.notes)
     if len(events) > MOST_EVENTS:
         notes.append(f"{MOST_EVENTS} of {len(events)} events are marked.")
@@ -126,12 +108,7 @@ def _stage():
     """Light, and none of the viewer's grid, axes and sky: the page's own colours are seen behind
     the scene.
     """
-    for path in (
-        "/Grid",
-        "/Axes",
-        "/Lights/PointLightNegativeX",
-        "/Lights/PointLightPositiveX",
-    ):
+    for path in ("/Grid", "/Axes", "/Lights/PointLightNegativeX", "/Lights/PointLightPositiveX"):
         yield {"type": "delete", "path": path}
     for path, name, value in (
         ("/Background", "visible", False),
@@ -143,12 +120,7 @@ def _stage():
 
 
 def _property(path, name, value):
-    return {
-        "type": "set_property",
-        "path": path,
-        "property": name,
-        "value": value,
-    }
+    return {"type": "set_property", "path": path, "property": name, "value": value}
 
 
 def _machine(root, machine, messages, entries):
@@ -163,33 +135,17 @@ def _machine(root, machine, messages, entries):
             messages.append(node(f"{root}/{path}/{part.path}", part.meshes))
         animations += clips(f"{root}/{path}", part, times)
     for name, colours in machine.body.key.items():
-        bar = {
-            "key": name,
-            "glyph": "bar",
-            "colours": colours,
-            "nodes": [],
-        }
+        bar = {"key": name, "glyph": "bar", "colours": colours, "nodes": []}
         entries.setdefault((name, *colours), bar)
     for layer in machine.layers:
-        empty = {
-            "key": layer.key,
-            "glyph": layer.glyph,
-            "colours": [],
-            "nodes": [],
-        }
+        empty = {"key": layer.key, "glyph": layer.glyph, "colours": [], "nodes": []}
         entry = entries.setdefault(layer.name, empty)
         path = f"{root}/{'still' if layer.still else 'moving'}/{layer.name}"
         for name, value in (("colours", layer.colour), ("nodes", path)):
             if value not in entry[name]:
                 entry[name].append(value)
     shadows = at(*SHADOW_OFFSET * w)
-    messages.append(
-        {
-            "type": "set_transform",
-            "path": f"{root}/moving/shadows",
-            "matrix": shadows,
-        }
-    )
+    messages.append({"type": "set_transform", "path": f"{root}/moving/shadows", "matrix": shadows})
     if machine.frames.gaps:
         animations += clips(root, Part("moving", [], shown=machine.frames.switches), times)
     if machine.events:

@@ -77,14 +77,7 @@ class Scene(WebPage):
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, as sentences."""
-        return tuple(
-            dict.fromkeys(
-                sum(
-                    (machine.frames.notes for machine in self.machines),
-                    (),
-                )
-            )
-        )
+        return tuple(dict.fromkeys(sum((machine.frames.notes for machine in self.machines), ())))
 
     # Pictures and films are files of their own: no open text file will do.
     def save(self, path: FilePath) -> None:  # type: ignore[override]
@@ -195,11 +188,7 @@ def scene(
         Machine(one.frames, one.body, tuple(one.events), layers)
         for one, layers in zip(sources, groups)
     )
-    return Scene(
-        machines,
-        sources[0].heading if title is None else str(title),
-        names,
-    )
+    return Scene(machines, sources[0].heading if title is None else str(title), names)
 
 
 def strip(
@@ -247,7 +236,4 @@ def strip(
     from ..plot.poses import strip_figure
 
     subject = getattr(motion, "robot", None) or getattr(motion, "linkage", robot)
-    return saved(
-        strip_figure(scene(subject, motion, show, title=title), poses),
-        path,
-    )
+    return saved(strip_figure(scene(subject, motion, show, title=title), poses), path)

@@ -10,13 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...singularities.loci import singularity_loci
-from ..style import (
-    LEGS,
-    PATH,
-    REFERENCE,
-    largest_of,
-    names_of,
-)
+from ..style import LEGS, PATH, REFERENCE, largest_of, names_of
 from .frames import stretches
 from .layers import Arrows, Layer, LineLayer, TurningArrows
 from .solids import circle
@@ -28,11 +22,7 @@ if TYPE_CHECKING:
 SINGULAR, VELOCITY, ACCELERATION, FORCE, TORQUE = "#7e6bd9 #9933ff #87A512 #ff1166 #994477".split()
 MOST_POINTS = 2000  # of a reference: on a simulator's steps it would outweigh the motion
 # In widths of a bar.
-LOCUS_DASHES = {
-    "stretched": (0.9, 0.5),
-    "folded": (1.2, 0.5),
-    "self-motion": (0.3, 0.35),
-}
+LOCUS_DASHES = {"stretched": (0.9, 0.5), "folded": (1.2, 0.5), "self-motion": (0.3, 0.35)}
 
 
 def shown(source: RobotSource | StudySource, items: str | Iterable[str] | None) -> list[Layer]:
@@ -54,9 +44,7 @@ def shown(source: RobotSource | StudySource, items: str | Iterable[str] | None) 
     return list(chain.from_iterable(ITEMS[item](source) for item in items))
 
 
-def with_common_scale(
-    groups: list[list[Layer]],
-) -> list[tuple[Layer, ...]]:
+def with_common_scale(groups: list[list[Layer]]) -> list[tuple[Layer, ...]]:
     """Return the layers of several mechanisms with arrows of one scale."""
     largest: dict = {}
     for layer in chain(*groups):
@@ -80,15 +68,7 @@ def _reference(source):
     if len(path) > MOST_POINTS:
         path = path[np.linspace(0, len(path) - 1, MOST_POINTS).astype(int)]
     paths = [path[first : last + 1] for first, last in stretches(np.isfinite(path).all(axis=1))]
-    yield LineLayer(
-        "reference",
-        REFERENCE,
-        paths,
-        width=0.34,
-        over=True,
-        lift=0.06,
-        opacity=0.75,
-    )
+    yield LineLayer("reference", REFERENCE, paths, width=0.34, over=True, lift=0.06, opacity=0.75)
 
 
 def _loci(source):
@@ -96,10 +76,7 @@ def _loci(source):
     longest = max(source.robot.distal)
     dot = 0.017 * sum(source.robot.distal)
     heights = np.append(source.elbows[..., 1], source.xi[:, 1])
-    ends = (
-        heights.min() - longest / 2,
-        heights.max() + longest / 2,
-    )  # of lines without ends
+    ends = (heights.min() - longest / 2, heights.max() + longest / 2)  # of lines without ends
     for mode in np.unique(source.working, axis=0):
         now = (source.working == mode).all(axis=1)
         groups = {}
@@ -111,15 +88,7 @@ def _loci(source):
         for dash, paths in groups.items():
             good = None if now.all() else now
             words = "loci: Type 1 solid, Type 2 dashed"
-            yield LineLayer(
-                "loci",
-                SINGULAR,
-                paths,
-                0.16,
-                dash,
-                good=good,
-                words=words,
-            )
+            yield LineLayer("loci", SINGULAR, paths, 0.16, dash, good=good, words=words)
 
 
 def _elbow_circles(source):
@@ -128,14 +97,7 @@ def _elbow_circles(source):
     for leg, drive in zip(LEGS, source.robot.drives):
         path = circle((drive.x, drive.y), drive.length, 181)
         words = "circles of the elbows"
-        yield LineLayer(
-            "elbow-circles",
-            leg[0],
-            [path],
-            dash=(0.5, 0.5),
-            lift=0.1,
-            words=words,
-        )
+        yield LineLayer("elbow-circles", leg[0], [path], dash=(0.5, 0.5), lift=0.1, words=words)
 
 
 def _arrows(name, colour, unit, *words_and_sign):
@@ -147,16 +109,7 @@ def _arrows(name, colour, unit, *words_and_sign):
         largest = largest_of(np.linalg.norm(vectors, axis=-1))
         vectors = np.moveaxis(vectors.reshape(len(vectors), -1, 2), 1, 0)
         for (words, sign), values in zip(words_and_sign, vectors):
-            yield Arrows(
-                name,
-                colour,
-                source.traced,
-                values,
-                unit,
-                largest,
-                words=words,
-                sign=sign,
-            )
+            yield Arrows(name, colour, source.traced, values, unit, largest, words=words, sign=sign)
 
     return arrows
 
@@ -172,13 +125,7 @@ def _torques(source):
         if axis is None:
             yield TurningArrows(*name, values, "N m", largest, **text)
         else:
-            yield Arrows(
-                *name,
-                values[:, None] * axis,
-                "N",
-                largest,
-                **text,
-            )
+            yield Arrows(*name, values[:, None] * axis, "N", largest, **text)
 
 
 _BAR_FORCES = "f₁, f₂: forces of the distal bars"

@@ -14,14 +14,7 @@ from numpy.typing import ArrayLike
 
 SHADED = {"type": "MeshLambertMaterial"}
 PLAIN = {"type": "MeshBasicMaterial", "side": 2}
-SQUARE = np.array(
-    [
-        (-0.5, -0.5),
-        (0.5, -0.5),
-        (0.5, 0.5),
-        (-0.5, 0.5),
-    ]
-)
+SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
 QUAD = np.array([0, 2, 1, 1, 2, 3])  # the triangles between two rows of a band
 
 
@@ -29,10 +22,7 @@ def packed(numbers: ArrayLike, dtype: str = "<f4") -> object:
     """Return numbers in the msgpack extension that the viewer reads as a typed array."""
     import umsgpack  # a dependency of meshcat
 
-    return umsgpack.Ext(
-        {"<f4": 0x17, "<u4": 0x16}[dtype],
-        np.asarray(numbers, dtype).tobytes(),
-    )
+    return umsgpack.Ext({"<f4": 0x17, "<u4": 0x16}[dtype], np.asarray(numbers, dtype).tobytes())
 
 
 def unit_vectors(angle: ArrayLike) -> np.ndarray:
@@ -66,24 +56,13 @@ def surface(
     """
     arrays = {"position": position} if normal is None else {"position": position, "normal": normal}
     attributes = {
-        name: {
-            "itemSize": 3,
-            "type": "Float32Array",
-            "array": packed(values),
-        }
+        name: {"itemSize": 3, "type": "Float32Array", "array": packed(values)}
         for name, values in arrays.items()
     }
-    index = {
-        "itemSize": 1,
-        "type": "Uint32Array",
-        "array": packed(faces, "<u4"),
-    }
+    index = {"itemSize": 1, "type": "Uint32Array", "array": packed(faces, "<u4")}
     kind = PLAIN if normal is None else SHADED
     return {
-        "geometry": {
-            "type": "BufferGeometry",
-            "data": {"attributes": attributes, "index": index},
-        },
+        "geometry": {"type": "BufferGeometry", "data": {"attributes": attributes, "index": index}},
         "material": {**kind, "color": int(colour[1:], 16), **material},
         "outlines": outlines,
         "top": position[:, 2].max(),
@@ -95,33 +74,20 @@ def _lifted(points, height):
 
 
 def flat(
-    points: np.ndarray,
-    faces: ArrayLike,
-    height: float,
-    colour: str,
-    outlines: list,
-    **material,
+    points: np.ndarray, faces: ArrayLike, height: float, colour: str, outlines: list, **material
 ) -> dict:
     """Return a flat figure of triangles between points (n, 2)."""
     return surface(_lifted(points, height), faces, colour, outlines, **material)
 
 
 def prism(
-    outline: np.ndarray,
-    out: np.ndarray,
-    low: float,
-    high: float,
-    colour: str,
-    **material,
+    outline: np.ndarray, out: np.ndarray, low: float, high: float, colour: str, **material
 ) -> dict:
     """Return an upright solid of a convex outline (n, 2), its upper edge broken.
 
     out: (n, 2), from each point outwards.
     """
-    bevel = min(
-        0.18 * np.ptp(outline, axis=0).min(),
-        0.5 * (high - low),
-    )
+    bevel = min(0.18 * np.ptp(outline, axis=0).min(), 0.5 * (high - low))
     rings = [  # (height, inset, outward and upward part of the normal)
         (low, 0, 1, 0),
         (high - bevel, 0, 1, 0),
@@ -134,56 +100,25 @@ def prism(
     n = len(outline)
     here = np.arange(n)
     after = np.roll(here, -1)
-    wall = np.stack(
-        [here, after, after + n, here, after + n, here + n],
-        axis=1,
-    )
+    wall = np.stack([here, after, after + n, here, after + n, here + n], axis=1)
     cap = 4 * n + np.stack([0 * here, here, after], axis=1)
-    faces = np.concatenate(
-        [
-            wall.ravel(),
-            2 * n + wall.ravel(),
-            cap.ravel(),
-        ]
-    )
+    faces = np.concatenate([wall.ravel(), 2 * n + wall.ravel(), cap.ravel()])
     position = np.concatenate(position)
     normal = np.concatenate(normal)
     return surface(position, faces, colour, [outline], normal, **material)
 
 
 def link(
-    length: float,
-    width: float,
-    low: float,
-    high: float,
-    colour: str,
-    start=0.0,
-    **material,
+    length: float, width: float, low: float, high: float, colour: str, start=0.0, **material
 ) -> dict:
     """Return a bar with round ends from (start, 0) to (start + length, 0)."""
     out = unit_vectors(np.linspace(0.5 * np.pi, 1.5 * np.pi, 17))
     out = np.concatenate([out, -out])
-    ends = np.repeat(
-        [(start, 0.0), (start + length, 0.0)],
-        17,
-        axis=0,
-    )
-    return prism(
-        ends + width / 2 * out,
-        out,
-        low,
-        high,
-        colour,
-        **material,
-    )
+    ends = np.repeat([(start, 0.0), (start + length, 0.0)], 17, axis=0)
+    return prism(ends + width / 2 * out, out, low, high, colour, **material)
 
 
-def cylinder(
-    radius: float,
-    low: float,
-    high: float,
-    colour: str,
-) -> dict:
+def cylinder(radius: float, low: float, high: float, colour: str) -> dict:
     """Return an upright cylinder at the origin."""
     return link(0.0, 2 * radius, low, high, colour)
 
@@ -199,13 +134,7 @@ def box(
 ) -> dict:
     """Return a box about a centre (x, y), turned by an angle."""
     axes = unit_vectors([angle, angle + np.pi / 2])
-    return prism(
-        centre + SQUARE * (length, width) @ axes,
-        SQUARE @ axes,
-        low,
-        high,
-        colour,
-    )
+    return prism(centre + SQUARE * (length, width) @ axes, SQUARE @ axes, low, high, colour)
 
 
 def _band_faces(rows):
@@ -239,11 +168,7 @@ def ribbon(paths: list, width: float, height: float, colour: str, **material) ->
         square = (both**2).sum(axis=1)[:, None]
         # In a corner the band keeps its width up to 120 degrees; where the path turns back it is
         # blunt.
-        mitre = np.where(
-            square > 1,
-            2 * both / np.maximum(square, 1),
-            ahead,
-        )
+        mitre = np.where(square > 1, 2 * both / np.maximum(square, 1), ahead)
         across = width / 2 * mitre[:, ::-1] * (-1, 1)
         left = path - across
         right = path + across
@@ -252,14 +177,7 @@ def ribbon(paths: list, width: float, height: float, colour: str, **material) ->
         outlines.append(_around(left, right))
     if not outlines:
         return None
-    return flat(
-        np.concatenate(points),
-        np.concatenate(faces),
-        height,
-        colour,
-        outlines,
-        **material,
-    )
+    return flat(np.concatenate(points), np.concatenate(faces), height, colour, outlines, **material)
 
 
 def dash_pieces(path: np.ndarray, on: float, off: float) -> list[np.ndarray]:
@@ -272,25 +190,12 @@ def dash_pieces(path: np.ndarray, on: float, off: float) -> list[np.ndarray]:
     pieces = []
     for low in np.arange(count) * (on + off) * scale:
         high = low + on * scale
-        cut = np.concatenate(
-            [
-                [low],
-                s[(s > low) & (s < high)],
-                [high],
-            ]
-        )
+        cut = np.concatenate([[low], s[(s > low) & (s < high)], [high]])
         pieces.append(np.column_stack([np.interp(cut, s, column) for column in path.T]))
     return pieces
 
 
-def arc(
-    radius: float,
-    width: float,
-    sweep: float,
-    pieces: int,
-    height: float,
-    colour: str,
-) -> dict:
+def arc(radius: float, width: float, sweep: float, pieces: int, height: float, colour: str) -> dict:
     """Return a flat band on a circle about the origin from angle 0 to `sweep`.
 
     Its first 6 k indices are k pieces of it.
@@ -299,13 +204,7 @@ def arc(
     left = (radius - width / 2) * unit
     right = (radius + width / 2) * unit
     points = np.stack([left, right], axis=1).reshape(-1, 2)
-    return flat(
-        points,
-        _band_faces(pieces + 1),
-        height,
-        colour,
-        [_around(left, right)],
-    )
+    return flat(points, _band_faces(pieces + 1), height, colour, [_around(left, right)])
 
 
 def polygon(corners: ArrayLike, height: float, colour: str, **material) -> dict:

@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...models.dynamics import (
-    bar_forces,
-    drives_forces,
-    forward_dynamics,
-    inverse_dynamics,
-)
+from ...models.dynamics import bar_forces, drives_forces, forward_dynamics, inverse_dynamics
 from ...models.geometry import Pose, igm
 from ...models.joint_positions import elbows
 from ...models.kinematics import dkm, ikm, ikm2
@@ -204,10 +199,7 @@ class RunSource(RobotSource):
         return measured_pose(self.robot, self.q, self.xi)
 
     def _rates_at(self, rows):
-        return dkm(
-            measured_pose(self.robot, self.q[rows], self.xi[rows]),
-            self.q_dot[rows],
-        )
+        return dkm(measured_pose(self.robot, self.q[rows], self.xi[rows]), self.q_dot[rows])
 
     @cached_property
     def _rows(self):
@@ -225,10 +217,7 @@ class RunSource(RobotSource):
 
     @property
     def acceleration(self) -> np.ndarray:
-        return scatter(
-            forward_dynamics(self._rates, self.tau[self._rows]).xi_ddot,
-            self._rows,
-        )
+        return scatter(forward_dynamics(self._rates, self.tau[self._rows]).xi_ddot, self._rows)
 
 
 class ReferenceSource(RobotSource):
@@ -242,11 +231,7 @@ class ReferenceSource(RobotSource):
         times = reference.start + grid(reference.duration)
         xi = reference(times)[0]
         reached = np.isfinite(self._pose_at(times, xi, "nan").elbows).all(axis=(1, 2))
-        self.frames = choose(
-            times,
-            np.where(reached[:, None], xi, np.nan),
-            lack="are out of reach",
-        )
+        self.frames = choose(times, np.where(reached[:, None], xi, np.nan), lack="are out of reach")
         self.times = self.frames.start + self.frames.t
         self.xi = xi[self.frames.index]
         self.pose = self._pose_at(self.times, self.xi, "raise")

@@ -36,23 +36,13 @@ def place_tracks(points: np.ndarray, vectors: np.ndarray | None = None) -> dict:
 
 def scale_track(x: np.ndarray | float, y: np.ndarray | float) -> dict:
     """Return the track of a part's size in its own frame."""
-    return {
-        "scale": (
-            "vector3",
-            np.column_stack(np.broadcast_arrays(x, y, 1.0)),
-        )
-    }
+    return {"scale": ("vector3", np.column_stack(np.broadcast_arrays(x, y, 1.0)))}
 
 
 def node(path: str, meshes: list) -> dict:
     """Return the message that puts meshes at a path: one as it is, several as a group."""
     children = [
-        {
-            "type": "Mesh",
-            "geometry": f"g{i}",
-            "material": f"m{i}",
-            "matrix": at(),
-        }
+        {"type": "Mesh", "geometry": f"g{i}", "material": f"m{i}", "matrix": at()}
         for i in range(len(meshes))
     ]
     whole = {
@@ -80,9 +70,4 @@ def clips(root: str, part: Part, times: np.ndarray) -> Iterator[dict]:
 
 
 def _track(name, kind, times, values):
-    return {
-        "name": "." + name,
-        "type": kind,
-        "times": packed(times),
-        "values": values,
-    }
+    return {"name": "." + name, "type": kind, "times": packed(times), "values": values}

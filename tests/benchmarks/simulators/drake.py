@@ -24,12 +24,17 @@ if TYPE_CHECKING:
 # come within a quarter of the errors that the stiffness leaves on both motions, by `python -m
 # tests.benchmarks.peers`.
 DRAKE_BUSHINGS = {
-    1e3: ("runge_kutta3", 71, 0.2), 3e3: ("runge_kutta3", 123, 0.2),
-    1e4: ("runge_kutta3", 225, 0.4), 3e4: ("runge_kutta3", 390, 0.4),
-    1e5: ("runge_kutta3", 712, 0.4), 3e5: ("runge_kutta3", 1232, 0.4),
-    1e6: ("runge_kutta3", 2250, 0.4), 3e6: ("runge_kutta3", 3897, 0.4),
-    1e7: ("runge_kutta3", 7115, 0.4), 3e7: ("runge_kutta3", 12324, 0.4),
-}  # fmt: skip
+    1e3: ("runge_kutta3", 71, 0.2),
+    3e3: ("runge_kutta3", 123, 0.2),
+    1e4: ("runge_kutta3", 225, 0.4),
+    3e4: ("runge_kutta3", 390, 0.4),
+    1e5: ("runge_kutta3", 712, 0.4),
+    3e5: ("runge_kutta3", 1232, 0.4),
+    1e6: ("runge_kutta3", 2250, 0.4),
+    3e6: ("runge_kutta3", 3897, 0.4),
+    1e7: ("runge_kutta3", 7115, 0.4),
+    3e7: ("runge_kutta3", 12324, 0.4),
+}
 HALF = ROBOT.m / 2  # kg at each tip
 
 

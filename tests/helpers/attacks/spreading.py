@@ -1,11 +1,7 @@
 """Programs that start others, or disturb them."""
 
 SPREADING = {
-    "fork bomb": (
-        "import os\ndef evil(x):\n    while True:\n        os.fork()",
-        {"exception"},
-        5,
-    ),
+    "fork bomb": ("import os\ndef evil(x):\n    while True:\n        os.fork()", {"exception"}, 5),
     "fork bomb that insists": (
         """
 import os

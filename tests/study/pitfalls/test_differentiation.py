@@ -28,12 +28,21 @@ def exact_position(t, component):
 def exact():
     with mpmath.workdps(50):
         return [
-            np.array([
-                [float(mpmath.diff(lambda s, k=k: exact_position(s, k), mpmath.mpf(float(t)), order)) for k in (0, 1)]
-                for t in TIMES
-            ])
+            np.array(
+                [
+                    [
+                        float(
+                            mpmath.diff(
+                                lambda s, k=k: exact_position(s, k), mpmath.mpf(float(t)), order
+                            )
+                        )
+                        for k in (0, 1)
+                    ]
+                    for t in TIMES
+                ]
+            )
             for order in (1, 2)
-        ]  # fmt: skip
+        ]
 
 
 def rates_are_exact(found, exact):

@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.study.pitfalls.sampled import (
-    boundary,
-    growth,
-    measure_limit,
-    spectral_radius,
-)
+from fivebar.study.pitfalls.sampled import boundary, growth, measure_limit, spectral_radius
 from tests.benchmarks.gains import is_stable
 
 ROBOT = fb.FiveBar()

@@ -24,12 +24,7 @@ REGULAR = "regular"
 NEAR = "near"
 DYNAMIC = NAMES.index("dynamic_model")
 # Instructions as Python on arrays of a precision.
-NAMES_IN_NUMPY = {
-    "atan2": "arctan2",
-    "fabs": "abs",
-    "fmin": "minimum",
-    "fmax": "maximum",
-}
+NAMES_IN_NUMPY = {"atan2": "arctan2", "fabs": "abs", "fmin": "minimum", "fmax": "maximum"}
 IN_NUMPY = Language(
     lambda value: f"number({value!r})",
     lambda name, operands: f"{NAMES_IN_NUMPY.get(name, name)}({', '.join(operands)})",
@@ -94,11 +89,7 @@ def evaluated(function: ca.Function, problem: str, gap: float, precision: type) 
         function.name_out(k): np.empty((count, function.numel_out(k)), precision) for k in outputs
     }
     names = {name: getattr(np, name) for name in ("sqrt", "sin", "cos", "arctan2", "ceil", "abs")}
-    names |= {
-        "number": precision,
-        "given": given,
-        "result": result,
-    }
+    names |= {"number": precision, "given": given, "result": result}
     exec("\n".join(statements(function, IN_NUMPY)), {}, names)
     return np.hstack(list(result.values()))
 

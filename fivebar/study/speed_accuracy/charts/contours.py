@@ -151,14 +151,7 @@ def chart() -> Chart:
         Method("fivebar.singularity_loci: closed form", OURS, closed_form),
         Method("grid by NumPy, contoured", grid, by_numpy, NODES, order=2),
         Method("grid by CasADi VM, contoured", grid, by_casadi(False), NODES, order=2),
-        Method(
-            "grid by compiled C, contoured",
-            grid,
-            by_casadi(True),
-            NODES,
-            compiler,
-            2,
-        ),
+        Method("grid by compiled C, contoured", grid, by_casadi(True), NODES, compiler, 2),
     )
     panels = []
     fine = (1e-4, 1e-6, 1e-9)
@@ -169,19 +162,7 @@ def chart() -> Chart:
         ("missing", "what is left out, at worst", "largest distance to the drawing (m)", coarse),
     ):
         time = "time for all four working modes (s)"
-        panels.append(
-            Panel(
-                "task",
-                title,
-                y,
-                label,
-                "seconds",
-                time,
-                levels,
-                1e-16,
-                1e-18,
-            )
-        )
+        panels.append(Panel("task", title, y, label, "seconds", time, levels, 1e-16, 1e-18))
     return Chart(
         name="singularity-map",
         title="Type-2 singularity loci: contours of a grid against the closed form",

@@ -46,12 +46,7 @@ def propagate(
 
     def slope(stage, fraction):
         rates = first if stage is begin else turned_rates(robot, chart, stage, modes)
-        return slope_of(
-            chart,
-            rates,
-            stage,
-            casadi.vertcat(*torque(t + fraction * step)),
-        )
+        return slope_of(chart, rates, stage, casadi.vertcat(*torque(t + fraction * step)))
 
     after = runge_kutta(method, step, begin, slope)
     one = casadi.Function("step", [state, t], casadi.cse([after]))

@@ -65,13 +65,7 @@ def poses(problem: str, gap: float = 0.0) -> Poses:
     exact = [exact_motion(ROBOT, angles)[0] for angles in q]
     other = [exact_motion(ROBOT, angles, assembly=-ASSEMBLY)[0] for angles in q]
     inverse_sigma = 1 / singularity_margins(pose).sigma_min.A
-    return Poses(
-        q,
-        exact,
-        np.array(other, float),
-        pose.q + pose.q_passive,
-        inverse_sigma,
-    )
+    return Poses(q, exact, np.array(other, float), pose.q + pose.q_passive, inverse_sigma)
 
 
 def _near_type_2(q1, gap):
@@ -128,13 +122,7 @@ def in_casadi(jit: bool) -> Callable[..., Attempt]:
 
     def prepare(problem, _):
         q = poses(problem).q
-        function = compile(
-            ROBOT,
-            ["q"],
-            ["xi"],
-            ASSEMBLY,
-            jit=jit,
-        )
+        function = compile(ROBOT, ["q"], ["xi"], ASSEMBLY, jit=jit)
         if problem == "batch":
             q = _tiled(problem, q)
             batch = Buffered(function.map(len(q)))
@@ -215,20 +203,8 @@ def chart() -> Chart:
     methods = (
         Method("fivebar: RRR dyad, NumPy", OURS, closed(routes.ours), everywhere),
         Method("fivebar: CasADi VM", OURS, in_casadi(False), single),
-        Method(
-            "fivebar: CasADi, compiled C",
-            OURS,
-            in_casadi(True),
-            single,
-            machine,
-        ),
-        Method(
-            "C loop by hand (the limit)",
-            LIMIT,
-            c_loop,
-            single,
-            machine,
-        ),
+        Method("fivebar: CasADi, compiled C", OURS, in_casadi(True), single, machine),
+        Method("C loop by hand (the limit)", LIMIT, c_loop, single, machine),
         Method("closed form as printed (AMORO eq. 1-3)", FORMS, closed(routes.printed), everywhere),
         Method("Newton, warm start", loops, iterated(newton, True), both),
         Method("Newton, cold start", loops, iterated(newton, False), cold),
@@ -244,13 +220,7 @@ def chart() -> Chart:
     batch = Panel("batch", "10⁶ poses at once", levels=(1e-12, 1e-15), **labels)
     labels["xlabel"] = "1 / σ, σ the smallest singular value of A (no unit)"
     guide = ROBOT.l12 * EPS, "1/σ × rounding of a bar's length"
-    near = Panel(
-        "singular",
-        "near a Type-2 singularity",
-        x="inverse_sigma",
-        guide=guide,
-        **labels,
-    )
+    near = Panel("singular", "near a Type-2 singularity", x="inverse_sigma", guide=guide, **labels)
     return Chart(
         name="geometry",
         title=(

@@ -103,14 +103,7 @@ def by_casadi(plugin: str, options: Callable[[float], dict]) -> Callable[..., At
             x, ca.DM.zeros(2), [int(mode) for mode in modes]
         )
         dae = {"x": x, "ode": slope}
-        integrator = ca.integrator(
-            "integrator",
-            plugin,
-            dae,
-            0.0,
-            DURATION,
-            options(knob),
-        )
+        integrator = ca.integrator("integrator", plugin, dae, 0.0, DURATION, options(knob))
         begin = np.array([*c, *c_dot])
 
         def judge_end(result):
@@ -133,11 +126,7 @@ def collocation_options(elements: float) -> dict:
         "number_of_finite_elements": int(elements),
         "interpolation_order": 3,
         "rootfinder": "newton",
-        "rootfinder_options": {
-            "abstol": 1e-15,
-            "abstolStep": 1e-16,
-            "error_on_fail": False,
-        },
+        "rootfinder_options": {"abstol": 1e-15, "abstolStep": 1e-16, "error_on_fail": False},
     }
 
 
@@ -149,11 +138,7 @@ def seen(chart: StateChart, state: np.ndarray, modes: tuple) -> tuple:
 
 
 def fixed_steps(
-    motion: FreeMotion,
-    chart: StateChart,
-    method: str,
-    count: int,
-    jit: bool,
+    motion: FreeMotion, chart: StateChart, method: str, count: int, jit: bool
 ) -> tuple[Callable, list[int]]:
     """Return call () -> final state of our fixed steps in a chart, and the modes.
 
@@ -161,15 +146,7 @@ def fixed_steps(
     """
     c, c_dot, modes = chart.coordinates(motion.begin())
     modes = [int(mode) for mode in modes]
-    function = propagate(
-        ROBOT,
-        chart,
-        modes,
-        method,
-        DURATION / count,
-        count,
-        motion.torque,
-    )
+    function = propagate(ROBOT, chart, modes, method, DURATION / count, count, motion.torque)
     call = Buffered(compiled(function, jit))
     begin = np.array([*c, *c_dot], dtype=float)
     return lambda: call(begin)[0], modes
@@ -272,16 +249,7 @@ def chart() -> Chart:
         ("redundant DAE, Baumgarte 1/step", dae, redundant(lambda step: 1 / step), slow, 2),
     ):
         needs = (lacks_c_compiler,) if name.endswith("compiled") else ()
-        methods.append(
-            Method(
-                name,
-                family,
-                prepare,
-                knobs,
-                needs,
-                order,
-            )
-        )
+        methods.append(Method(name, family, prepare, knobs, needs, order))
     labels: dict[str, Any] = {
         "ylabel": "end-effector's error after 2 s (m)",
         "xlabel": "time for 2 s of motion (s)",
@@ -292,11 +260,7 @@ def chart() -> Chart:
         for problem, motion in MOTIONS.items()
     )
     labels["ylabel"] = "largest error of a bar's length (m)"
-    limits: dict[str, Any] = {
-        "ceiling": 1e-3,
-        "rounding": 1e-16,
-        "floor": 1e-18,
-    }
+    limits: dict[str, Any] = {"ceiling": 1e-3, "rounding": 1e-16, "floor": 1e-18}
     bars = Panel("through", "motion through Type 2: the bars", "closure", **labels, **limits)
     return Chart(
         name="integrators",

@@ -40,12 +40,7 @@ def simulated(problem: str, index: int) -> Attempt:
         return value
 
     def judge(value):
-        return {
-            "p": p,
-            "q": q,
-            "growth": value,
-            "exact": spectral_radius(p, q, delay),
-        }
+        return {"p": p, "q": q, "growth": value, "exact": spectral_radius(p, q, delay)}
 
     return Attempt(call, judge, times=lambda: np.array(times))
 
@@ -60,24 +55,13 @@ def figure(result: Result) -> Figure:
         for row in result.of(panel.problem):
             values[int(row["knob"])] = row["growth"]
         reach = (1.0, 0.3)[delay]
-        colours = {
-            "cmap": "PuOr_r",
-            "vmin": 1 - reach,
-            "vmax": 1 + reach,
-        }
+        colours = {"cmap": "PuOr_r", "vmin": 1 - reach, "vmax": 1 + reach}
         edges = [np.linspace(0, high, SIDE + 1) for high in corner]
         image = axes.pcolormesh(*edges, values.reshape(SIDE, SIDE).T, **colours)
         made.colorbar(image, ax=axes, extend="max", label="growth per sample, simulated")
         p, q = (np.linspace(1e-6, high, FINE) for high in corner)
         exact = np.vectorize(spectral_radius)(*np.meshgrid(p, q), delay)
-        lines = axes.contour(
-            p,
-            q,
-            exact,
-            [0.5, 0.8, 1.0],
-            colors=[INK],
-            linewidths=1.1,
-        )
+        lines = axes.contour(p, q, exact, [0.5, 0.8, 1.0], colors=[INK], linewidths=1.1)
         axes.clabel(lines, fontsize=7.5, fmt="%g")
         axes.set(xlabel="Kp h² (no unit)", ylabel="Kd h (no unit)", title=panel.title)
     return made

@@ -16,11 +16,7 @@ from ....simulation.comparison import compare
 from ...control_cases import ControlCase, case
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 
-QUIET = {
-    "print_iter": False,
-    "print_header": False,
-    "print_info": False,
-}
+QUIET = {"print_iter": False, "print_header": False, "print_info": False}
 TIGHT = {"eps_abs": 1e-9, "eps_rel": 1e-9}
 SOLVERS = {  # CasADi's names, and the options that they need to be quiet and exact
     "daqp": {},
