@@ -11,16 +11,9 @@ from dataclasses import asdict, dataclass
 from types import SimpleNamespace
 from typing import NamedTuple
 
+import flint
 import numpy as np
 from numpy.typing import ArrayLike
-
-try:
-    import flint
-    import mpmath  # noqa: F401, which the checker has
-except ImportError:
-    raise ImportError(
-        "to certify a path takes python-flint and mpmath: pip install python-flint mpmath"
-    ) from None
 
 from ...base.checks import instance, modes, not_negative, optional
 from ...base.progress import progress
@@ -47,9 +40,15 @@ def _ball(value):
     return flint.arb(value)
 
 
+# As the checker's intervals.
 _BALLS = SimpleNamespace(
-    mpf=_ball, sqrt=flint.arb.sqrt, cos=flint.arb.cos, sin=flint.arb.sin
-)  # as mpmath's iv
+    mpf=_ball,
+    sqrt=flint.arb.sqrt,
+    cos=flint.arb.cos,
+    sin=flint.arb.sin,
+    low=flint.arb.lower,
+    high=flint.arb.upper,
+)
 
 
 class Unproved(NamedTuple):

@@ -11,11 +11,22 @@ with derivatives by the chain rule.
 import hashlib
 import json
 import sys
+from types import SimpleNamespace
 from typing import NamedTuple
 
 from mpmath import iv
 
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
+# Only ends of intervals are compared: whether one interval is above another that it overlaps,
+# mpmath 1.3 answers with None, and 1.4 with an error.
+INTERVALS = SimpleNamespace(
+    mpf=iv.mpf,
+    sqrt=iv.sqrt,
+    cos=iv.cos,
+    sin=iv.sin,
+    low=lambda interval: interval.a,
+    high=lambda interval: interval.b,
+)
 
 
 class Number(NamedTuple):
@@ -51,7 +62,7 @@ class Number(NamedTuple):
         return Number(value, [a * slope for a in self.slopes])
 
 
-def point(piece, u, on=iv):
+def point(piece, u, on=INTERVALS):
     """x and y of a piece at its parameter u from 0 to 1; on: an interval arithmetic."""
     ((kind, of),) = piece.items()
     if kind == "line":
@@ -86,10 +97,10 @@ def legs(x, y, lengths):
     return [reach(d * -0.5, l11, l12, x, y), reach(d * 0.5, l21, l22, x, y)]
 
 
-def distal(leg, mode, on=iv):
+def distal(leg, mode, on=INTERVALS):
     """The distal bar as a vector, and l1^2 l2^2 sin^2 q_i2 times 4; None out of reach."""
     l1, l2, rx, ry, r2, outer, inner = leg
-    if not (outer.value > 0 and inner.value > 0 and r2.value > 0):
+    if not all(on.low(number.value) > 0 for number in (outer, inner, r2)):
         return None
     product = outer * inner
     root = on.sqrt(product.value)
@@ -98,7 +109,7 @@ def distal(leg, mode, on=iv):
     return (along * rx + across * ry, along * ry - across * rx, product)
 
 
-def margins(reached, working, on=iv):
+def margins(reached, working, on=INTERVALS):
     """sin^2 q12, sin^2 q22 and det A, of what `legs` gives; None where a leg may be out of
     reach.
     """
@@ -113,7 +124,7 @@ def margins(reached, working, on=iv):
     return *sines, u2[0] * u2[3] - u2[1] * u2[2]
 
 
-def joint(x, y, lengths, tool, working, on=iv):
+def joint(x, y, lengths, tool, working, on=INTERVALS):
     """x and y of the joint of the distal bars, of the tool's x and y; None where the leg may not
     lead the tool there in its mode. tool: {leg, along, across}, as `fivebar.Tool` has them.
 
@@ -126,9 +137,15 @@ def joint(x, y, lengths, tool, working, on=iv):
     across = on.mpf(tool["across"])
     real = l2 + along
     r2 = real * real + across * across
+    if on.low(real.value) > 0:
+        mode = working[k]
+    elif on.high(real.value) < 0:
+        mode = -working[k]
+    else:
+        return None
     root = on.sqrt(r2.value)
     leg = reach(lengths[4] * (k - 0.5), l1, r2.through(root, 1 / (root * 2)), x, y)
-    bar = distal(leg, working[k] if real.value > 0 else -working[k], on)
+    bar = distal(leg, mode, on)
     if bar is None:
         return None
     ex, ey, _ = bar
@@ -136,12 +153,13 @@ def joint(x, y, lengths, tool, working, on=iv):
     fx = (real * ex + ey * across) / r2
     fy = (real * ey - ex * across) / r2
     # E x (C - E): of sin q_i2, which the mode gives a sign.
-    if not (((leg[2] - ex) * fy - (leg[3] - ey) * fx) * -working[k]).value > 0:
+    bend = ((leg[2] - ex) * fy - (leg[3] - ey) * fx) * -working[k]
+    if not on.low(bend.value) > 0:
         return None
     return (x - fx * along + fy * across, y - fy * along - fx * across)
 
 
-def proved(certificate, piece, first, last, on=iv):
+def proved(certificate, piece, first, last, on=INTERVALS):
     """Return whether the claim holds on a part of a piece."""
     whole = [on.mpf((first, last))]
     middle = [on.mpf((first + last) / 2)]
@@ -151,7 +169,9 @@ def proved(certificate, piece, first, last, on=iv):
         tolerance = on.mpf(certificate["tolerances"].get(name, 0))
         whole.append(on.mpf((length - tolerance, length + tolerance)))
         middle.append(length)
-        free += [k] * bool(tolerance > 0)
+        free += [k] * (on.low(tolerance) > 0)
+    if not all(on.low(bar) > 0 for bar in whole[1:-1]):
+        return False
 
     def centred(over, at):  # the mean value theorem
         change = sum(
@@ -176,8 +196,11 @@ def proved(certificate, piece, first, last, on=iv):
         return False
     least = on.mpf(certificate["margin"])
     wanted = zip(*both, (least * least, least * least, least), (1, 1, -certificate["assembly"]))
-    found = [(centred(over, at).value * sign, bound) for over, at, bound, sign in wanted]
-    return all(value > 0 and value >= bound for value, bound in found)
+    for over, at, bound, sign in wanted:
+        value = centred(over, at).value * sign
+        if not (on.low(value) > 0 and on.low(value - bound) >= 0):
+            return False
+    return True
 
 
 def digest(certificate):
@@ -214,7 +237,7 @@ def refusal(certificate, shown=iter):
         start = [xy.value for xy in first]
         end = [xy.value for xy in last]
         ends.append((start, end))
-        joined = number == 1 or all(abs(a - b) <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
+        joined = number == 1 or all(abs(a - b).b <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
         if not (joined and parts[0] == 0 and parts[-1] == 1):
             return (
                 f"piece {number} does not begin where the one before ends, or its parts are not"
@@ -238,7 +261,8 @@ def check(file, shown=iter):
         ArithmeticError,
         RuntimeError,
     ) as error:
-        return f"it is no certificate ({type(error).__name__}: {error})"
+        lacking = "it lacks " * isinstance(error, KeyError)
+        return f"it is no certificate: {lacking}{error or type(error).__name__}"
 
 
 if __name__ == "__main__":
