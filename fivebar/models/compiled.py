@@ -276,7 +276,12 @@ def minimized(name: str, problem: dict, options: dict, **given: Any) -> tuple[di
     import casadi
 
     solver = casadi.nlpsol(name, "ipopt", problem, QUIET | options)
-    found = solver(**given)
+    try:
+        found = solver(**given)
+    except SystemError as error:  # CasADi returns an answer beside the exception that Ctrl-C set.
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
+        raise
     stats = solver.stats()
     if stats["return_status"] in STOPPED:
         raise KeyboardInterrupt
