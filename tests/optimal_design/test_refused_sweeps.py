@@ -19,9 +19,9 @@ def test_folders_that_cannot_be_used(tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(ValueError, match="file is a file, not a folder"):
         swept(tmp_path / "file")
-    with pytest.raises(ValueError, match="out: 'a.x00b': embedded null byte"):  # fuzzing found it
+    with pytest.raises(ValueError, match="out: 'a.x00b': "):  # fuzzing found it
         swept("a\0b")
-    with pytest.raises(ValueError, match="path: .*codec can't encode"):
+    with pytest.raises(ValueError, match="path: "):
         swept(None, path="\ud800")
     with pytest.raises(OSError, match="/proc/sweep"):
         swept("/proc/sweep")
