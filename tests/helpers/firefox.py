@@ -103,9 +103,12 @@ def opened(folder):
         async def connect():
             return await websocket_connect(address + "/session", max_message_size=2**26)
 
+        async def close():  # in the loop, which tornado asks for
+            socket.close()
+
         socket = loop.run_until_complete(connect())
         yield Page(loop, socket)
-        socket.close()
+        loop.run_until_complete(close())
     finally:
         process.kill()
         process.wait()
