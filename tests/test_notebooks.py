@@ -27,7 +27,7 @@ INSTALL = """import importlib.util
 
 if importlib.util.find_spec("fivebar") is None:
     %pip install -q ..  # the clone that this notebook is in"""
-EXTRAS = {"15_drawing": '"..[draw,certify]"', "17_gradients": '"..[jax]"'}  # in place of ..
+EXTRAS = {"17_gradients": '"..[jax]"'}  # in place of ..
 FETCHED = re.compile(
     r"""(?:\b(?:src|href|action)\s*=\s*["']?|url\(\s*["']?|@import\s+["']?|\bimport\s*\(?\s*["'])"""
     r"""\s*(?:https?:)?//""",

@@ -9,7 +9,6 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.paths.certificates.checker import check
 
-pytest.importorskip("svgelements", reason="SVGs are read by the extra fivebar[draw]")
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="30mm" viewBox="0 0 40 30">{}</svg>'
 STROKES = '<path d="M2 2 L30 5 L20 25 Z"/><circle cx="30" cy="20" r="5"/>'
 

@@ -236,7 +236,6 @@ def test_a_curve_is_given_its_ends():
 
 
 def test_what_a_certificate_says_of_stretches():
-    pytest.importorskip("flint")
     from fivebar.paths.certificates.certify import Certificate, Unproved, _stretches
 
     def part(start, stop, false, why):

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 import fivebar as fb
 from fivebar.paths.pieces import Arc, Line
 
-pytest.importorskip("svgelements", reason="SVGs are read by the extra fivebar[draw]")
 MM = '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" viewBox="0 0 100 50">'
 
 XLINK = (

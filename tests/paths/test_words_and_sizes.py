@@ -96,7 +96,6 @@ def test_a_wrong_argument_is_named_first(call, words):
 
 
 def test_certificates_name_wrong_arguments():
-    pytest.importorskip("flint")
     for given, words in (
         ((1, CORNER), "certify: robot must"),
         ((ROBOT, 1), "certify: path must"),

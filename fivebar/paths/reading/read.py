@@ -106,10 +106,6 @@ def _read(text: str, name: str, units, kind) -> Draft:
         raise ValueError(f'path: units of {name} must be one word, as "mm", not {shown(units)}')
     if kind == "gcode":
         return read_gcode(text, name, units)
-    try:
-        from .read_svg import read_svg
-    except ImportError as error:
-        raise ImportError(
-            "to read an SVG, svgelements is needed: pip install svgelements"
-        ) from error
+    from .read_svg import read_svg  # here, as it brings in svgelements
+
     return read_svg(text, name, units)

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 import numpy as np
-import svgelements  # the extra `draw`
+import svgelements
 
 from ...base.tables import STRANGE
 from ..fit import Bezier, Ellipse
