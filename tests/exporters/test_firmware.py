@@ -11,6 +11,7 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.paths.machine import machine_of
+from tests.helpers.needs import need
 
 RRF = machine_of(fb.ROBOTS["reprapfirmware"].robot, fb.ROBOTS["reprapfirmware"].tables)
 PUBLISHED = (
@@ -136,7 +137,9 @@ def test_ros2_control_is_read_by_parsers():
     assert not joints["q12"].findall("command_interface")
     plain = fb.export(robot, "urdf")
     assert re.search("<transmission", plain)
-    pinocchio = pytest.importorskip("pinocchio")
+    need("Pinocchio")
+    import pinocchio
+
     assert pinocchio.buildModelFromXML(text).nv == 4
 
 

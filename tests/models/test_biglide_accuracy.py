@@ -53,7 +53,7 @@ def batches(start):
     return {key: np.hstack([out[key] for out in outs]) for key in outs[0]}, np.hstack(points), found
 
 
-def ratios(key, got, chosen=slice(None)):
+def ratios(key, got, chosen=slice(None)):  # noqa: B008
     """The measured error / (eps kappa |f|) of outputs (components, poses)."""
     value, kappa = expected(key[1])
     with mpmath.workdps(50):
@@ -64,7 +64,7 @@ def ratios(key, got, chosen=slice(None)):
     return np.where(np.isfinite(error), error, np.inf) / (EPS * kappa[key][chosen])
 
 
-def check(name, ratio, bound=BOUND, chosen=slice(None)):
+def check(name, ratio, bound=BOUND, chosen=slice(None)):  # noqa: B008
     worst = np.argmax(ratio)
     pose = {name: x[..., chosen][..., worst].tolist() for name, x in poses()[1].items()}
     text = f"{name}: {ratio[worst]:.3g} > {bound} times eps kappa |f|, {np.sum(ratio > bound)} of {ratio.size} poses"

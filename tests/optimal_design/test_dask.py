@@ -7,17 +7,20 @@ import json
 import os
 import subprocess
 import sys
-from importlib.util import find_spec
 
 import pytest
 
 import fivebar as fb
 from tests.helpers import ROOT
+from tests.helpers.needs import need
 
-pytestmark = [
-    pytest.mark.deep,  # 9 s to start a cluster
-    pytest.mark.skipif(find_spec("distributed") is None, reason="needs distributed"),
-]
+pytestmark = pytest.mark.deep  # 9 s to start a cluster
+
+
+@pytest.fixture(autouse=True)
+def dask():
+    need("Dask")
+
 
 PROGRAM = """
 import json, os, signal, sys, threading, time

@@ -18,7 +18,8 @@ from .test_charts import measured_order
 
 @pytest.fixture
 def peers():
-    need("other simulators")
+    for thing in ("other simulators", "a C compiler", "a C++ compiler"):
+        need(thing)
 
 
 @pytest.mark.parametrize("problem", list(motions.DRIVEN))
@@ -83,8 +84,8 @@ def test_a_diverging_peer_fails():
             judge((q, 0.0))
 
 
+@pytest.mark.skipif(
+    (sys.platform, platform.machine()) != ("linux", "x86_64"), reason="not all have wheels here"
+)
 def test_all_peers_are_installed_where_they_have_wheels():
-    linux = (sys.platform, platform.machine()) == ("linux", "x86_64")
-    if linux:
-        assert all(map(find_spec, PEERS))
-        assert native.lacks_cxx_compiler() is None and native.lacks_headers() is None
+    assert all(map(find_spec, PEERS)) and native.lacks_headers() is None

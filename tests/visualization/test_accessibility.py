@@ -9,6 +9,7 @@ from fivebar.linkages import FourBar, study
 from fivebar.study.speed_accuracy import making
 
 from ..helpers.browsing import chromium, until
+from ..helpers.needs import need
 from ..helpers.pages import contrast
 
 ROBOT = fb.FiveBar()
@@ -82,10 +83,12 @@ def browser():
 
 
 def violations(page):
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    need("axe")
+    from axe_playwright_python.sync_playwright import Axe
+
     # Accessible names that contain the visible words are an experimental rule, off by default.
     options = {"rules": {"label-content-name-mismatch": {"enabled": True}}}
-    found = axe.run(page, options=options).response["violations"]
+    found = Axe().run(page, options=options).response["violations"]
     return {each["id"]: [node["html"] for node in each["nodes"]] for each in found}
 
 
