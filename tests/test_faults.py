@@ -265,7 +265,7 @@ def test_an_interrupt_while_numpy_is_imported_is_no_traceback(tmp_path):
         text=True,
         check=False,
     )
-    assert (run.returncode, run.stderr) == (1, "fivebar: interrupted\n")
+    assert (run.returncode, run.stderr) == (130, "fivebar: interrupted\n")
 
 
 @pytest.mark.deep

@@ -1,5 +1,5 @@
 """The command line: data on stdout, messages on stderr; exit 0 done, 1 the work failed, 2 wrong
-usage.
+usage, 130 interrupted.
 
 Nothing that takes time is imported before `main` begins, which answers Ctrl-C.
 """
@@ -49,6 +49,7 @@ COMMANDS = {
     "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),
 }
 ERRNO = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
+INTERRUPTED = 128 + signal.SIGINT  # as a shell names the end by Ctrl-C
 NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$")
 
 
@@ -73,8 +74,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     except (ValueError, ArithmeticError, OSError, MemoryError, RuntimeError, ImportError) as error:
         return _complain(error, 1)
-    except KeyboardInterrupt:
-        return _complain("interrupted", 1)
+    except KeyboardInterrupt as interrupt:
+        return _complain(str(interrupt) or "interrupted", INTERRUPTED)
     finally:
         if argv is None:  # The interpreter ends: it would answer Ctrl-C with a traceback.
             signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -31,7 +31,7 @@ def _chart(arguments):
     try:
         results = make(list(CHARTS) if name == "all" else [name], out, arguments.quick)
     except KeyboardInterrupt:
-        raise RuntimeError(
+        raise KeyboardInterrupt(
             f"interrupted: what was measured is kept in {out}; the same command goes on there"
         ) from None
     for chart in results:

@@ -79,7 +79,7 @@ def _sweep(arguments):
     except KeyboardInterrupt:
         if arguments.out is None:
             raise
-        raise RuntimeError(
+        raise KeyboardInterrupt(
             f"interrupted: what was done is in {arguments.out}; the same command goes on there"
         ) from None
     _show(arguments, swept, best)

@@ -4,8 +4,11 @@ others.
 
 from __future__ import annotations
 
+import io
+import sys
+import threading
 from collections.abc import Iterable
-from contextlib import nullcontext
+from contextlib import closing, contextmanager, nullcontext, redirect_stderr
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -268,19 +271,53 @@ def compiled(function, jit):
     return machine_code(function, jit)
 
 
+class _WithoutInterruptNote(io.TextIOBase):
+    """A stream that passes on all lines but CasADi's warning of Ctrl-C, which comes in pieces."""
+
+    def __init__(self, stream):
+        super().__init__()
+        self._stream = stream
+        self._line = ""
+
+    def write(self, text):
+        *lines, self._line = (self._line + text).split("\n")
+        for line in lines:
+            if "KeyboardInterruptException" not in line:
+                self._stream.write(line + "\n")
+        return len(text)
+
+    def close(self):
+        if self._line:
+            self._stream.write(self._line)
+        super().close()
+
+
+@contextmanager
+def _without_interrupt_note():
+    """Leave out CasADi's warning of Ctrl-C within the block."""
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    if sys.stderr is None or not in_main_thread:  # Ctrl-C reaches the main thread alone
+        yield
+        return
+    with closing(_WithoutInterruptNote(sys.stderr)) as stream, redirect_stderr(stream):
+        yield
+
+
 def minimized(name: str, problem: dict, options: dict, **given: Any) -> tuple[dict, dict]:
     """Return (what IPOPT found, CasADi's word on it) of a nonlinear program; given: x0 and bounds.
 
-    KeyboardInterrupt where it was interrupted: CasADi would keep that for itself.
+    KeyboardInterrupt where it was interrupted. CasADi keeps that for itself up to Python 3.12; from
+    3.13 on it leaves the exception set, of which Python makes a SystemError.
     """
     import casadi
 
     solver = casadi.nlpsol(name, "ipopt", problem, QUIET | options)
     try:
-        found = solver(**given)
-    except SystemError as error:  # CasADi returns an answer beside the exception that Ctrl-C set.
+        with _without_interrupt_note():
+            found = solver(**given)
+    except SystemError as error:
         if isinstance(error.__cause__, KeyboardInterrupt):
-            raise KeyboardInterrupt from None
+            raise error.__cause__ from None
         raise
     stats = solver.stats()
     if stats["return_status"] in STOPPED:

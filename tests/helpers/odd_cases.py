@@ -164,7 +164,7 @@ BODIES = dict(crank_body=MASSIVE, coupler_body=MASSIVE, rocker_body=MASSIVE)
 PRESS = {name: getattr(linkages.REPAIRED, name) for name in linkages.REPAIRED.__dataclass_fields__}
 # What is said of a path that no file can have, and of a dict that holds no runs.
 WORDS_OF_FILES = (
-    "embedded null byte",
+    "null",
     "a page compares Runs",
     "the open file",
     "no quantity",

@@ -407,7 +407,7 @@ def test_bad_loops():
         )
 
 
-def test_an_interrupt_ends_a_search_that_casadi_makes():
+def test_an_interrupt_ends_a_search_that_casadi_makes(capsys):
     """As Ctrl-C does, while IPOPT goes downhill for ever: CasADi ends it, and says nothing to Python."""
     x, before = casadi.MX.sym("x", 5000), signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, 0.1)
@@ -417,6 +417,7 @@ def test_an_interrupt_ends_a_search_that_casadi_makes():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+    assert capsys.readouterr().err == ""
 
 
 def test_tolerance_bounds_the_error():

@@ -160,7 +160,7 @@ def _grade_all(cohort, entries, jobs, reports, shown):
             reports[futures[future]] = future.result()
             shown.add(futures[future], future.result())
     except KeyboardInterrupt:
-        raise RuntimeError(
+        raise KeyboardInterrupt(
             f"interrupted: {len(reports)} are graded; the same command goes on from there"
         ) from None
     finally:
