@@ -23,7 +23,7 @@ from tests.paths.test_polygons import CASES
     [
         ("torques", 1e-3, 850),
         ("accelerations", 1e-3, 1250),
-        ("across Type 2", 1e-2, 1700),
+        ("across Type 2", 1e-2, 1800),
         ("elbows", 0.03, 2900),
         ("along the bars", 1e-3, 600),
     ],
