@@ -28,7 +28,7 @@ def _weighing(name):
 # name -> (robot, working modes, centre and half width of a square, m, usual torque, N m)
 ROBOTS = {
     "AMORO": (fb.FiveBar(), (-1, -1), (0.0, 0.105), 0.025, 0.05),
-    "unequal": (UNEQUAL, (1, -1), (0.0, 0.17), 0.025, 0.3),
+    "unequal": (UNEQUAL, (1, -1), (0.0, 0.14), 0.025, 0.3),
     "plotclock": (_weighing("plotclock"), (1, -1), (0.0, 0.05), 0.012, 0.02),
     "reprapfirmware": (_weighing("reprapfirmware"), (1, -1), (0.0, 0.2), 0.05, 0.1),
 }
@@ -61,7 +61,10 @@ def random_limits(rng, torque):
         {"speed": speed, "acceleration": acceleration, "torque": held},
         {"torque": held},
         {"torque": held, "joint_speed": float(rng.uniform(1.0, 8.0))},
-        {"joint_speed": float(rng.uniform(1.0, 8.0)), "joint_acceleration": float(rng.uniform(5, 100))},
+        {
+            "joint_speed": float(rng.uniform(1.0, 8.0)),
+            "joint_acceleration": float(rng.uniform(5, 100)),
+        },
         {"motors": motor, "speed": speed},
     ]
     return kinds[rng.integers(len(kinds))]
@@ -90,17 +93,24 @@ def main(count=100):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
             try:
-                motion = fb.time_path(robot, drawn, constraints=fb.Constraints(**limits), working=working)
+                motion = fb.time_path(
+                    robot, drawn, constraints=fb.Constraints(**limits), working=working
+                )
             except (ValueError, fb.UnreachableError, fb.SingularityError) as error:
                 print(f"{seed:4} {name}: {str(error)[:90]}")
                 continue
         took = time.process_time() - began
         found.append((len(drawn.pieces), motion.gap, took))
         words = ", ".join(limits)
-        print(f"{seed:4} {name:28}{len(drawn.pieces):4} pieces  gap {motion.gap:8.1e}  {took:6.2f} s  {words}", flush=True)
+        print(
+            f"{seed:4} {name:28}{len(drawn.pieces):4} pieces  gap {motion.gap:8.1e}  {took:6.2f} s  {words}",
+            flush=True,
+        )
     pieces, gaps, seconds = np.array(found).T
     print(f"{len(found)} drawings; gap > 1e-3: {(gaps > 1e-3).sum()}, largest {gaps.max():.2g}")
-    print(f"seconds: median {np.median(seconds):.2f}, 95 % {np.quantile(seconds, 0.95):.2f}, largest {seconds.max():.2f}")
+    print(
+        f"seconds: median {np.median(seconds):.2f}, 95 % {np.quantile(seconds, 0.95):.2f}, largest {seconds.max():.2f}"
+    )
     per_30 = seconds / pieces * 30
     print(f"for 30 pieces: median {np.median(per_30):.2f} s")
     return found
