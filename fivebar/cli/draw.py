@@ -5,6 +5,7 @@ and tables of it.
 from __future__ import annotations
 
 import sys
+import warnings
 from argparse import _SubParsersAction
 from dataclasses import replace
 from pathlib import Path
@@ -45,6 +46,7 @@ SPEED = {
     "--acceleration-limit M/S2": "of the pen",
     "--joint-speed-limit RAD/S": "of either joint",
     "--duration S": "asked for instead of the least",
+    "--accept-slow": "write a motion, too, that is over 1 % slower than is proved to be possible",
     "--pen-time S": (0.0, "of rest where the pen goes down or up, at both ends too"),
     "--lead M": "of run-up and run-out in the air, so that strokes begin and end in motion, as with"
     " a laser: no rest there",
@@ -240,7 +242,7 @@ def _timed(arguments, machine, path, working):
     """Return the motion along the path in the least time, and what limits the tracker's torques."""
     from ..constraints.constraints import Constraints
     from ..paths.timing.constraint_rows import Limits
-    from ..paths.timing.time_path import time_path
+    from ..paths.timing.time_path import SLOW, slowness, time_path
 
     options = ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
     values = used_options(arguments, *options)
@@ -264,7 +266,14 @@ def _timed(arguments, machine, path, working):
         motors = drives.motors and [_weaker(motor, share) for motor in drives.motors]
         constraints = replace(constraints, torque=least * share, motors=motors)
     duration = arguments.duration
-    motion = time_path(machine.robot, path, duration, constraints=constraints, working=working)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # it is said below
+        motion = time_path(machine.robot, path, duration, constraints=constraints, working=working)
+    if duration is None and motion.gap > SLOW:
+        words = f"slow: {slowness(motion)}"
+        if not arguments.accept_slow:
+            raise ValueError(f"{words}. Nothing is written without --accept-slow")
+        print(f"fivebar: {words}", file=sys.stderr)
     return motion, drives
 
 

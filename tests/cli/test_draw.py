@@ -419,3 +419,14 @@ def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):
     assert main(["track", str(tmp_path / "ms.csv")]) == 2
     assert "could be seconds" in capsys.readouterr().err
     assert main(["track", str(tmp_path / "ms.csv"), "--units", "t=ms"]) == 0
+
+
+def test_a_slow_motion_is_written_only_where_it_is_accepted(drawing, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("fivebar.paths.timing.time_path.SLOW", 0.0)  # each motion counts as slow
+    asked = ["draw", drawing, "--out", str(tmp_path / "out"), "--format", "gcode"]
+    assert main(asked) == 1
+    assert "fivebar: slow: the motion takes" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
+    assert main([*asked, "--accept-slow"]) == 0
+    assert "fivebar: slow: the motion takes" in capsys.readouterr().err
+    assert (tmp_path / "out" / "drawing.nc").exists()

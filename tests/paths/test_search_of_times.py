@@ -23,7 +23,7 @@ from tests.paths.test_polygons import CASES
     [
         ("torques", 1e-3, 850),
         ("accelerations", 1e-3, 1250),
-        ("across Type 2", 1e-2, 1700),
+        ("across Type 2", 1e-2, 1800),
         ("elbows", 0.03, 2900),
         ("along the bars", 1e-3, 600),
     ],
@@ -134,3 +134,43 @@ def test_a_search_ends_after_its_work(monkeypatch):
     first = len(mesh)
     assert seen == [first, first + 1, first + 2, first + 3] and not failed.value.proved
     assert failed.value.s == mesh.s[7] or failed.value.s < mesh.s[7]
+
+
+STAR = (
+    (40, 5),
+    (50, 30),
+    (75, 30),
+    (55, 42),
+    (62, 58),
+    (40, 48),
+    (18, 58),
+    (25, 42),
+    (5, 30),
+    (30, 30),
+)  # mm
+USUAL = {"speed": 0.1, "acceleration": 0.5}  # of `fivebar draw`
+
+
+@pytest.fixture(scope="module")
+def star():
+    """A star of ten corners, rounded by 20 um at most."""
+    corners = np.array([*STAR, STAR[0]]) * [1e-3, -1e-3] + [-0.04, 0.095]
+    return fb.path(corners, deviation=2e-5)
+
+
+def test_a_star_with_small_blends_is_timed_within_a_thousandth(star):
+    """It took 77 s once, where 5 are possible: on stretches beside blends no motion was found."""
+    motion = fb.time_path(fb.FiveBar(), star, constraints=fb.Constraints(**USUAL))
+    assert 0 < motion.gap <= 1e-3
+    assert used(motion, {"acceleration": 0.5}, 20) <= 1
+    speed = np.linalg.norm(motion(np.linspace(0, motion.duration, 20001))[1], axis=1)
+    assert speed.max() <= 0.1
+
+
+def test_a_motion_far_from_its_bound_comes_with_a_warning(star, monkeypatch):
+    monkeypatch.setattr(solve_module, "LOOKS", 1000)
+    with pytest.warns(RuntimeWarning, match=r"motion takes .* s, and none is proved .* above this"):
+        motion = fb.time_path(fb.FiveBar(), star, constraints=fb.Constraints(**USUAL))
+    assert motion.gap > 0.01
+    # A larger gap was asked for.
+    fb.time_path(fb.FiveBar(), star, constraints=fb.Constraints(**USUAL), gap=0.9)

@@ -114,14 +114,14 @@ def test_rows_are_above_zero_where_the_models_exceed_a_limit():
 
 
 @pytest.mark.every(2)
-@pytest.mark.parametrize("name, seed", [("rubbing", 3), ("all", 24)])
+@pytest.mark.parametrize("name, seed", [("rubbing", 3), ("all", 20)])
 def test_on_a_coarse_mesh_a_slow_motion_is_found_where_no_fast_one_is(name, seed):
     robot, torque, centre, width = ROBOTS[name]
     rng = np.random.default_rng(seed)
     path, limits = random_path(rng, centre, width), random_limits(rng, robot, torque)
     mesh, kept = mesh_of(robot, path, (-1, -1)), Limits.of(fb.Constraints(**limits))
     found = timing_solve.solve(mesh, kept)
-    assert found.stuck and 10 < found.gap < np.inf
+    assert found.stuck and 3 < found.gap < np.inf
     assert used(_timed(kept, mesh, found), limits, 30) <= 1
 
 

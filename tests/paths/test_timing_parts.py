@@ -36,13 +36,13 @@ from fivebar.paths.timing.slower import _mixture, _slower
 from fivebar.paths.timing.solve import (
     Solved,
     TimingError,
-    _about,
     _along,
     _beside_type_2,
     _directions,
     _faster,
     _lowered,
     _made,
+    _parts_about,
 )
 from fivebar.paths.timing.timed_path import TimedPath
 from tests.helpers.paths_to_time import used
@@ -224,17 +224,17 @@ def test_a_mixture_takes_the_wanted_time():
     np.testing.assert_allclose(x, w * fast.x + (1 - w) * slow.x, rtol=1e-12)
 
 
-def test_the_longest_stretches_about_a_node():
+def test_stretches_beside_a_node_without_a_motion_are_divided_and_the_longest_near_it():
     length = np.ones(60)
     length[[20, 30, 31]] = 4.0
-    length[25] = 1.9
-    expected = np.zeros(60, dtype=bool)
-    expected[[20, 30, 31]] = True
-    assert (_about(length, [25]) == expected).all()
-    alone = np.zeros(60, dtype=bool)
-    alone[46:] = True
-    assert (_about(length, [58]) == alone).all()
-    assert not _about(length, []).any() and _about(length, [3])[:16].all()
+    expected = np.ones(60, dtype=int)
+    expected[[20, 30, 31]] = 2
+    expected[24:27] = 4
+    assert (_parts_about(length, [25]) == expected).all()
+    assert _parts_about(length, [0])[:2].tolist() == [4, 4]
+    assert (_parts_about(length, []) == 1).all()
+    length[25] = 1e-12  # too short to be divided
+    assert _parts_about(length, [25])[24:27].tolist() == [4, 1, 4]
 
 
 def test_of_two_motions_the_faster_one_from_rest_to_rest():
@@ -555,9 +555,9 @@ def test_stretches_are_split_by_their_share_of_the_gap(monkeypatch):
     assert solve._parts(np.zeros(6), found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 2]
     found.stuck = (0,)
     mesh = Meshed(stretches=SimpleNamespace(length=np.array([1.0] * 5 + [0.1])))
-    assert solve._parts(mesh, found, 0.1).tolist() == [2, 2, 2, 2, 2, 2]
+    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 2, 2, 2, 2]
     mesh.stretches.length[4] = 10.0
-    assert solve._parts(mesh, found, 0.1).tolist() == [1, 1, 1, 1, 2, 2]
+    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 1, 1, 2, 2]
 
 
 def test_squared_speed_beside_type_2_is_bent_as_the_criterion_asks():

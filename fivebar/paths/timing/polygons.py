@@ -89,6 +89,7 @@ def polygons(
     ends = ROOM * np.maximum(above.x[:-1], above.x[1:])
     high = np.maximum(ends, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
     root, low, high = _root(rows, mesh, near, off, high, ends)
+    size = np.minimum(size, _largest_push(rows, high))
     u = np.stack([u0, u1])
     x = np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, a difference of both x over the length
@@ -131,6 +132,20 @@ def polygons(
     scale = np.abs(table[..., :2]).sum(axis=-1, keepdims=True)
     table = table / np.where(scale > 0, scale, 1.0)
     return Polygons(table.transpose(1, 0, 2).copy(), curvature)
+
+
+def _largest_push(rows, high):
+    """Return the largest |u| (n,) that the rows allow with 0 <= x <= high, inf where they leave it
+    open.
+    """
+    a, b, v, c = (rows.parts[name] for name in PARTS)
+    most = np.maximum(-b, 0.0) * high + np.maximum(-v, 0.0) * np.sqrt(high) - c
+    sides = []
+    for sign in (1.0, -1.0):
+        with np.errstate(all="ignore"):
+            push = np.where(sign * a > 0, most / np.abs(a), np.inf).max(axis=0)
+        sides.append(push.min(axis=0, initial=np.inf))
+    return ROOM * np.maximum(*sides)
 
 
 def _const(value):
@@ -176,15 +191,19 @@ def _left_sides(rows, u, x, size, high, root, rounding):
     sides = sides + _product(rows.parts["b"], x)
     sides = sides + _product(rows.parts["c"], one)
     _add_friction(sides, rows.parts["v"], x, one, root, high)
-    bend = _width(rows.bend, size, high)
-    slack = _width(rows.slack, size, high)
+    # x is linear in both its values, and so is what b leaves open times x.
+    arch = np.stack([0 * rows.bend["b"], rows.bend["b"] / 2, 0 * rows.bend["b"]])
+    sides = sides + _product(arch, x) + _product(rows.slack["b"][None], x)
+    bend = _width(rows.bend, size, high, 0.0)
+    slack = _width(rows.slack, size, high, 0.0)
     loss = rounding * np.abs(rows.parts["a"]).max(axis=0)
     sides[..., 2] += slack + bend * np.array(BUMP)[:, None, None] + loss
     return sides
 
 
-def _width(table, size, high):
-    return table["a"] * size + table["b"] * high + table["v"] * np.sqrt(high) + table["c"]
+def _width(table, size, high, of_x=1.0):
+    by_x = of_x * table["b"] * high + table["v"] * np.sqrt(high)
+    return table["a"] * size + by_x + table["c"]
 
 
 def _root(rows, mesh, near, off, high, ends):

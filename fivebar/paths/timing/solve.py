@@ -92,7 +92,7 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
             failures += 1
             late |= best is None and failures > FAILURES
             open_ = ~np.isfinite(found.above.size)
-            parts = 1 + (open_ if open_.any() else _about(mesh.stretches.length, found.stuck))
+            parts = 1 + open_ if open_.any() else _parts_about(mesh.stretches.length, found.stuck)
         if late:
             break
         after = mesh.split(parts)
@@ -113,7 +113,8 @@ def _parts(mesh, found, gap):
     parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
     if found.stuck:
         # All of it is slower for what is missing in one place.
-        parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
+        about = _parts_about(mesh.stretches.length, found.stuck)
+        parts = np.maximum(about, 1 + (part > 0.2 * part.max()))
     # What is missing beside Type 2 shows elsewhere.
     return np.maximum(parts, 1 + _beside_type_2(mesh, False))
 
@@ -280,13 +281,16 @@ def _made(found, part):
     return part
 
 
-def _about(length, nodes):
-    """Return the longest stretches near each of these nodes, bool (n,)."""
-    found = np.zeros(len(length), dtype=bool)
+def _parts_about(length, nodes):
+    """Return into how many parts (n,) stretches are divided: those beside these nodes, and the
+    longest ones near them, on which friction may take the speed that a crossing needs.
+    """
+    parts = np.ones(len(length), dtype=int)
     for node in nodes:
         near = slice(max(node - 12, 0), node + 13)
-        found[near] |= length[near] >= 0.5 * length[near].max()
-    return found
+        parts[near] = np.maximum(parts[near], 1 + (length[near] >= 0.5 * length[near].max()))
+        parts[max(node - 1, 0) : node + 2] = 4
+    return np.where(length > SHORT * length.sum(), parts, 1)
 
 
 def _bent(x, length):

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,7 @@ from .timed_path import TimedPath
 if TYPE_CHECKING:
     from ...models.robots import Robot
 
+SLOW = 0.01  # of its lower bound: a motion that takes so much longer is warned of
 AMPLE = 4.0  # times the torques that hold the robot, where none are given
 
 
@@ -93,6 +95,12 @@ def time_path(
     TimingError
         No motion keeps the limits, or the duration is too short.
 
+    Warns
+    -----
+    RuntimeWarning
+        The search ended with a motion that takes over 1 % longer than the lower bound, and longer
+        than `gap` asks for.
+
     Examples
     --------
     >>> import fivebar as fb
@@ -129,7 +137,10 @@ def time_path(
             raise ValueError("time_path: jerk needs a torque or an acceleration beside it")
         return smoothed(_timed(asked, *refined(mesh, asked, gap, until)), duration)
     if duration is None:
-        return _timed(asked, *refined(mesh, asked, gap, until))
+        motion = _timed(asked, *refined(mesh, asked, gap, until))
+        if motion.gap > max(gap, SLOW):
+            warnings.warn(f"time_path: {slowness(motion)}", RuntimeWarning, stacklevel=3)
+        return motion
     rest = math.fsum(stop.seconds for stop in path.stops)
     if not duration > rest:
         raise ValueError(
@@ -158,6 +169,15 @@ def time_path(
         mesh,
         slow._replace(above=found.above if asked.forces else slow.above),
         lower * asked.forces,
+    )
+
+
+def slowness(motion: TimedPath) -> str:
+    """Say how much longer a motion may take than it has to."""
+    return (
+        f"the motion takes {motion.duration:.4g} s, and none is proved to take over"
+        f" {motion.lower_bound:.4g} s: the search ended {100 * motion.gap:.3g} % above this bound."
+        " Give a larger max_time, or a larger deviation at the corners"
     )
 
 
