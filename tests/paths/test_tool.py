@@ -222,7 +222,7 @@ def test_a_proof_holds_for_the_tool(tolerance, tmp_path):
     claim["tool"]["across"] = 0.03  # a tool of another shape
     claim["sha256"] = checker.digest(claim)
     (tmp_path / "other.json").write_text(json.dumps(claim), encoding="utf-8")
-    assert "not proved" in checker.check(tmp_path / "other.json")
+    assert "of it: not proved" in checker.check(tmp_path / "other.json")
 
 
 def test_a_tool_in_the_joint_changes_nothing():

@@ -14,18 +14,20 @@ import sys
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from mpmath import iv
+from mpmath import iv, mpf
 
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
-# Only ends of intervals are compared: whether one interval is above another that it overlaps,
-# mpmath 1.3 answers with None, and 1.4 with an error.
+PIECES = {"line": ((2, 2),), "arc": ((2,), (), (), ()), "polynomial": ((None, 2),)}
+ENTRIES = {"robot", "tolerances", "tool", "working", "assembly", "margin", "pieces", "parts"}
+# Only ends of intervals are compared, as numbers: whether one interval is above another that it
+# overlaps, or above NaN, mpmath 1.3 answers with None, and 1.4 with an error.
 INTERVALS = SimpleNamespace(
     mpf=iv.mpf,
     sqrt=iv.sqrt,
     cos=iv.cos,
     sin=iv.sin,
-    low=lambda interval: interval.a,
-    high=lambda interval: interval.b,
+    low=lambda interval: mpf(interval.a),
+    high=lambda interval: mpf(interval.b),
 )
 
 
@@ -131,7 +133,7 @@ def joint(x, y, lengths, tool, working, on=INTERVALS):
     The tool T closes a dyad of l1 and r = |l2 + along + i across| on the base, and from its elbow E
     T - C = (along + i across) / (l2 + along + i across) (T - E).
     """
-    k = tool["leg"] - 1
+    k = int(tool["leg"]) - 1
     l1, l2 = lengths[2 * k : 2 * k + 2]
     along = on.mpf(tool["along"])
     across = on.mpf(tool["across"])
@@ -209,60 +211,105 @@ def digest(certificate):
     return hashlib.sha256(content.encode()).hexdigest()
 
 
+def has_shape(value, *sizes):
+    """Return whether a value is finite numbers in nested lists of these sizes; None: of any."""
+    if not sizes:
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return is_number and abs(value) < 1e300
+    if not isinstance(value, list) or sizes[0] not in (None, len(value)):
+        return False
+    return all(has_shape(each, *sizes[1:]) for each in value)
+
+
+def is_piece(piece):
+    """Return whether a value is a line, an arc or a polynomial."""
+    if not isinstance(piece, dict) or len(piece) != 1:
+        return False
+    ((kind, of),) = piece.items()
+    shapes = PIECES.get(kind, ())
+    if len(shapes) == 1:
+        return has_shape(of, *shapes[0])
+    if not isinstance(of, list) or len(of) != len(shapes):
+        return False
+    return all(has_shape(each, *shape) for each, shape in zip(of, shapes))
+
+
+def fault(certificate):
+    """Return what is wrong with the form of a certificate; None where nothing is."""
+    if not isinstance(certificate, dict):
+        return "it is no JSON object"
+    if unknown := sorted(set(certificate) - ENTRIES - {"sha256"}):
+        return f"unknown: {', '.join(unknown)[:60]}"
+    for name in ("robot", "tolerances", "tool")[: 2 + ("tool" in certificate)]:
+        given = certificate.get(name)
+        if not isinstance(given, dict) or not all(map(has_shape, given.values())):
+            return f"{name} must be an object of finite numbers"
+    robot = certificate["robot"]
+    tolerances = certificate["tolerances"]
+    if not set(robot) == set(LENGTHS) >= set(tolerances):
+        return f"robot must have {', '.join(LENGTHS)}, and tolerances none but these"
+    if not has_shape(certificate.get("margin")):
+        return "margin must be a finite number"
+    if min(*robot.values(), *tolerances.values(), certificate["margin"]) < 0:
+        return "a length, a tolerance or the margin is below 0"
+    modes = certificate.get("working")
+    if not (has_shape(modes, 2) and {*modes} <= {-1, 1}):
+        return "working must be two modes of -1 or 1"
+    if certificate.get("assembly") not in (-1, 1):
+        return "assembly must be -1 or 1"
+    if "tool" in certificate:
+        tool = certificate["tool"]
+        if set(tool) != {"leg", "along", "across"} or tool["leg"] not in (1, 2):
+            return "tool must have leg, 1 or 2, along and across"
+    pieces = certificate.get("pieces")
+    parts = certificate.get("parts")
+    if not (isinstance(pieces, list) and pieces):
+        return "it has no pieces"
+    for number, piece in enumerate(pieces, 1):
+        if not is_piece(piece):
+            return f"piece {number} is no line, arc or polynomial of finite numbers"
+    if not has_shape(parts, len(pieces), None):
+        return "parts must be a list of numbers for each piece"
+    return None
+
+
 def refusal(certificate, shown=iter):
     """Why a certificate does not prove its claim; None where it does. shown: a progress bar around
     the pieces.
     """
     iv.prec = 80
-    if certificate["sha256"] != digest(certificate):
+    if wrong := fault(certificate):
+        return f"it is no certificate: {wrong}"
+    if certificate.get("sha256") != digest(certificate):
         return "it is not as it was written (sha256)"
-    robot = certificate["robot"]
-    tolerances = certificate["tolerances"]
-    modes = certificate["working"]
-    signs = {*modes, certificate["assembly"]}
-    known = signs <= {-1, 1} and len(modes) == 2
-    known &= set(robot) == set(LENGTHS) >= set(tolerances)
-    sizes = [*robot.values(), *tolerances.values(), certificate["margin"]]
-    if not (known and min(sizes) >= 0):
-        return (
-            f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin,"
-            " none below 0"
-        )
-    gap = 1e-12 * sum(robot.values())
-    ends = []  # between the end of a piece and the start of the next
-    pairs = list(zip(certificate["pieces"], certificate["parts"], strict=True))
+    gap = 1e-12 * sum(certificate["robot"].values())
+    end = None
+    pairs = list(zip(certificate["pieces"], certificate["parts"]))
     for number, (piece, parts) in enumerate(shown(pairs), 1):
-        first = point(piece, Number(iv.mpf(0)))
-        last = point(piece, Number(iv.mpf(1)))
-        start = [xy.value for xy in first]
-        end = [xy.value for xy in last]
-        ends.append((start, end))
-        joined = number == 1 or all(abs(a - b).b <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
-        if not (joined and parts[0] == 0 and parts[-1] == 1):
+        start = [xy.value for xy in point(piece, Number(iv.mpf(0)))]
+        joined = end is None or all(INTERVALS.high(abs(a - b)) <= gap for a, b in zip(end, start))
+        if not (joined and parts[:1] == [0] and parts[-1:] == [1]):
             return (
                 f"piece {number} does not begin where the one before ends, or its parts are not"
                 " from 0 to 1"
             )
+        end = [xy.value for xy in point(piece, Number(iv.mpf(1)))]
         for first, last in zip(parts, parts[1:]):
             if not (first < last and proved(certificate, piece, first, last)):
                 return f"piece {number}, from {first} to {last} of it: not proved"
-    return None if ends else "it has no pieces"
+    return None
 
 
 def check(file, shown=iter):
+    """Return why a file does not prove its claim; None where it does."""
     try:
         with open(file, encoding="utf-8") as opened:
-            return refusal(json.load(opened), shown)
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        ArithmeticError,
-        RuntimeError,
-    ) as error:
-        lacking = "it lacks " * isinstance(error, KeyError)
-        return f"it is no certificate: {lacking}{error or type(error).__name__}"
+            certificate = json.load(opened)
+    except OSError as error:
+        return f"it cannot be read: {error.strerror}"
+    except (ValueError, RecursionError) as error:
+        return f"it is no certificate: it is no JSON in UTF-8 ({error})"
+    return refusal(certificate, shown)
 
 
 if __name__ == "__main__":
