@@ -224,7 +224,7 @@ def _read(arguments):
     if arguments.example == (arguments.drawing is not None):
         raise UsageError("draw needs a file, or --example")
     arguments.drawing = arguments.drawing or str(EXAMPLE)
-    with usage_errors(ValueError, OSError, ImportError):
+    with usage_errors(ValueError, OSError):
         return path(arguments.drawing, deviation=arguments.deviation, units=arguments.units)
 
 

@@ -146,8 +146,8 @@ def test_an_odd_value_anywhere_is_refused_in_words(odd):
         node[key] = odd
         other["sha256"] = checker.digest(other)
         reason = checker.refusal(other)
-        assert reason is None or re.search(r"(\w\w+ ){3}", reason)
-        if key == "sha256" or isinstance(odd, str | list | dict) or odd is None:
+        assert reason is None or re.search(r"not proved|(\w\w+ ){2}", reason), (way, key)
+        if key == "sha256" or isinstance(odd, str | list) or odd is None:
             assert reason is not None, (way, key)
 
 

@@ -226,10 +226,10 @@ def is_piece(piece):
     if not isinstance(piece, dict) or len(piece) != 1:
         return False
     ((kind, of),) = piece.items()
-    shapes = PIECES.get(kind, ())
-    if len(shapes) == 1:
+    shapes = PIECES.get(kind)
+    if shapes and len(shapes) == 1:
         return has_shape(of, *shapes[0])
-    if not isinstance(of, list) or len(of) != len(shapes):
+    if not (shapes and isinstance(of, list) and len(of) == len(shapes)):
         return False
     return all(has_shape(each, *shape) for each, shape in zip(of, shapes))
 

@@ -72,8 +72,6 @@ def path(
     ------
     ValueError
         A file is empty, unknown, ambiguous or contradicts itself; the message has its line.
-    ImportError
-        An SVG without the extra `draw`.
 
     Examples
     --------
