@@ -163,15 +163,12 @@ def bwrap_command(packages: tuple[str, ...]) -> list[str]:
     binds += [
         ("--symlink", os.readlink(place), place) for place in _ROOT_FOLDERS if os.path.islink(place)
     ]
-    binds += [
-        ("--ro-bind", str(CELL), "/cell"),
-        ("--dir", "/student"),
-        ("--chdir", "/student"),
-        ("--perms", "0777", "--dir", "/tmp"),
-    ]
+    binds += [("--ro-bind", str(CELL), "/cell"), ("--dir", "/student"), ("--chdir", "/student")]
     above = {folder for place in [*system, *shown] for folder in place.parents}
     above = sorted(f for f in above if not {f, *f.parents} & set(system))
     folders = [("--perms", "0755", "--dir", str(folder)) for folder in above if str(folder) != "/"]
+    # Before those above: the environment may lie in it, and what is there keeps its rights.
+    folders = [("--perms", "0777", "--dir", "/tmp"), *folders]
     spaces = [
         "--unshare-ipc",
         "--unshare-pid",
