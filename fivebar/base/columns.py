@@ -10,7 +10,6 @@ import csv
 import math
 import os
 import re
-import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -21,36 +20,8 @@ import numpy as np
 from .backend import HUGE, real_numbers
 from .checks import shown
 from .tables import TextFile, arrays_in, whole_text
+from .units import SECONDS, unaccented, unit_named
 
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
-METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254}
-RADIANS = {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3, "rev": 2 * math.pi}
-RADIANS_PER_SECOND = {
-    "rad/s": 1.0,
-    "deg/s": math.pi / 180,
-    "rpm": math.pi / 30,
-    "rev/s": 2 * math.pi,
-}
-NEWTON_METRES = {"nm": 1.0, "mnm": 1e-3, "ncm": 1e-2, "kgcm": 0.0980665}
-COUNTS = {"counts": 1.0}
-NO_UNIT = {"1": 1.0}
-
-_SYNONYMS = {
-    "s": "sec secs second seconds",
-    "ms": "msec millis millisecond milliseconds",
-    "us": "microsecond microseconds",
-    "ns": "nsec nsecs nanosecond nanoseconds",
-    "m": "metre metres meter meters",
-    "mm": "millimetre millimetres millimeter millimeters",
-    "in": "inch inches",
-    "deg": "° degree degrees degre degres",
-    "deg/s": "°/s degrees/s",
-    "rad": "radian radians",
-    "rev": "turn turns revolution revolutions tr tour tours",
-    "rpm": "tr/min",
-    "counts": "count ticks steps inc",
-}
-_UNITS = {word: unit for unit, words in _SYNONYMS.items() for word in words.split()}
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
@@ -184,7 +155,7 @@ def _units_by_name(units, wanted):
         pairs = [word.rpartition("=")[::2] for word in units]
     result = {}
     for key, word in pairs:
-        unit = _unit(word)
+        unit = unit_named(word)
         fitting = [k for k in wanted if unit in wanted[k].units and key in ("", k)]
         if not fitting:
             known = dict.fromkeys(u for quantity in wanted.values() for u in quantity.units)
@@ -313,23 +284,13 @@ def _row_of_units(cells, wanted, count):
     words = [cell.strip("[](){} ") for cell in cells]
     if len(words) < count or any(map(_is_number, words)):
         return []
-    if not any(_unit(word) in known for word in words):
+    if not any(unit_named(word) in known for word in words):
         return []
     return ["" if word == "-" else word for word in words]
 
 
-def _unaccented(word):
-    letters = unicodedata.normalize("NFKD", word).casefold()
-    return "".join(letter for letter in letters if not unicodedata.combining(letter))
-
-
 def _plain(heading):
-    return re.sub(r"[\s_.\-]", "", _unaccented(heading))
-
-
-def _unit(word):
-    word = re.sub(r"[\s·*.^]", "", _unaccented(word).replace("μ", "u"))
-    return _UNITS.get(word, word)
+    return re.sub(r"[\s_.\-]", "", unaccented(heading))
 
 
 def _names(wanted):
@@ -346,7 +307,7 @@ def _column_and_unit(heading, wanted, names, where):
         return names[_plain(heading)], None
     bracket = re.fullmatch(r"(.*?)\s*[(\[{<]\s*(.*?)\s*[)\]}>]", heading)
     if bracket and _plain(bracket[1]) in names:
-        key, unit = (names[_plain(bracket[1])], _unit(bracket[2]))
+        key, unit = (names[_plain(bracket[1])], unit_named(bracket[2]))
         if unit in wanted[key].units:
             return key, unit
         if unit in ("", "-"):
@@ -355,7 +316,7 @@ def _column_and_unit(heading, wanted, names, where):
         raise ValueError(f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}")
     for separator in re.finditer(r"[\s_/,]+", heading):
         key = names.get(_plain(heading[: separator.start()]))
-        unit = _unit(re.sub(r"^in\s+(?=\w)", "", heading[separator.end() :]))
+        unit = unit_named(re.sub(r"^in\s+(?=\w)", "", heading[separator.end() :]))
         if key and unit in wanted[key].units:
             return key, unit
     return None, None

@@ -50,7 +50,7 @@ COMMANDS = {
 }
 ERRNO = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
 INTERRUPTED = 128 + signal.SIGINT  # as a shell names the end by Ctrl-C
-NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$")
+NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?( *[a-zµ°].*)?$", re.IGNORECASE)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

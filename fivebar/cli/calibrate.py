@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 import sys
 from argparse import _SubParsersAction
 from pathlib import Path
@@ -13,18 +11,17 @@ import numpy as np
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..base.tables import written
-from .options import JSON, WORKING, add_options, number, parse_values, print_json, usage_errors
+from .options import JSON, WORKING, add_options, parse_values, print_json, usage_errors
 from .robot_options import add_robot_options, machine_without_tool
 
-UNITS = {"": 1.0, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0, "deg": math.pi / 180}
 OPTIONS = JSON | {
     "--unknown NAME ...": (
         "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths and"
         " offsets)"
     ),
-    "--start NAME=VALUE ...": "known, or to begin with; SI units",
+    "--start NAME=VALUE ...": "known, or to begin with",
     "--sigma M": "standard deviation of a measured number, m",
-    "--bounds NAME=LOW:HIGH ...": "of unknowns, SI units",
+    "--bounds NAME=LOW:HIGH ...": "of unknowns",
     "--prior NAME=SD ...": "what is known of an unknown beforehand, as l11=0.3mm offset1=1deg",
     "--loss NAME": ("linear", "linear, soft_l1, huber, cauchy, arctan"),
     "--units UNIT ...": "without one in the heading: deg, x=mm",
@@ -137,7 +134,10 @@ def _calibrate(arguments):
         if len(values) != 2:
             raise UsageError(f"--bounds must be NAME=LOW:HIGH, not {text!r}")
         bounds[name] = tuple(values)
-    priors = dict(_prior(text) for text in arguments.prior)
+    priors = {}
+    for text in arguments.prior:
+        name, values = parse_values(text, "--prior")
+        priors[name] = values[0]
     with usage_errors(ValueError):
         known_names(unknown, "--unknown")
         known_names(tuple(start) or DEFAULT, "--start")
@@ -172,14 +172,6 @@ def _calibrate(arguments):
                 file.write(text + "\n")
             result.machine.save(files[3], result.sd, ("calibrated; SI units",))
         print(*files, sep="\n", file=sys.stderr if arguments.json else sys.stdout)
-
-
-def _prior(text):
-    """Return ("l11", 3e-4) of l11=0.3mm."""
-    found = re.fullmatch(r"(\w+)=([-+.\deE]+?)([a-z]*)", text)
-    if found is None or found[3] not in UNITS:
-        raise UsageError(f"--prior must be NAME=SD, as l11=0.3mm or offset1=1deg, not {text!r}")
-    return found[1], number(found[2], "--prior") * UNITS[found[3]]
 
 
 def _as_json(result, profiles):

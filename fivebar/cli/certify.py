@@ -118,5 +118,5 @@ def _tolerances(words):
     for word in words:
         name, _, value = word.rpartition("=")
         names = [name] if name else LENGTHS
-        tolerances |= dict.fromkeys(names, number(value, "--tolerance"))
+        tolerances |= dict.fromkeys(names, number(value, "--tolerance", names[0]))
     return tolerances

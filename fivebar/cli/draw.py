@@ -65,7 +65,7 @@ OUTPUT = JSON | {
     "--rate HZ": (1000.0, "of the setpoints"),
     "--angles rad|deg|counts": ("rad", "of the setpoints"),
     "--drive NAME": "drives.csv of dynamixel, dynamixel-extended, odrive, moteus, or counts a turn",
-    "--zero-counts Q1 Q2": "what the drives are told where the readings are 0",
+    "--zero-counts NUMBER NUMBER": "what the drives are told where the readings are 0",
     "--wrap": "drives' counts by whole turns into their range",
     "--binary": "drives.bin, 32 bits, in place of drives.csv",
     "--out DIR": (

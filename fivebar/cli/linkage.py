@@ -36,6 +36,7 @@ from .options import (
     check_positive,
     print_files,
     print_json,
+    type_of,
     usage_errors,
     used_options,
 )
@@ -97,7 +98,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 def _add_lengths(parser, *names):
     for name in names:
-        parser.add_argument(name, type=float, metavar=name.upper(), help="m")
+        parser.add_argument(name, type=type_of("M"), metavar=name.upper(), help="m")
 
 
 def _kind(kinds, name, words, build, branches=None):

@@ -5,17 +5,34 @@ from __future__ import annotations
 import json
 import os
 import sys
-from argparse import Namespace
-from collections.abc import Iterable, Iterator, Mapping
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ..base import units
 from ..base.errors import UsageError
+from ..models.parameter_units import units_of
 
 FILES = {"DIR", "FILE", "FOLDER"}
-NUMBERS = set("M S X Y X0 X1 Y0 Y1 Q1 Q2 N_M NM HZ DEG RAD MM K SINE SHARE NUMBER".split())
-NUMBERS |= {"M/S", "M/S2", "RAD/S", "NM/RAD", "PERCENT"}
+# Names of values that are numbers: their table of units, and the unit of one without a unit.
+NUMBERS: dict[str, tuple[Mapping[str, float], str]] = {
+    **dict.fromkeys(("M", "X", "Y"), (units.METRES, "m")),
+    "MM": (units.METRES, "mm"),
+    "S": (units.SECONDS, "s"),
+    "RAD": (units.RADIANS, "rad"),
+    "DEG": (units.RADIANS, "deg"),
+    "NM": (units.NEWTON_METRES, "N m"),
+    "M/S": (units.SPEEDS, "m/s"),
+    "M/S2": (units.ACCELERATIONS, "m/s²"),
+    "RAD/S": (units.RADIANS_PER_SECOND, "rad/s"),
+    "NM/RAD": (units.STIFFNESSES, "N m/rad"),
+    "HZ": (units.HERTZ, "Hz"),
+    **dict.fromkeys("K SINE SHARE NUMBER PERCENT DOWN UP".split(), (units.NO_UNIT, "")),
+    **dict.fromkeys("Q1 Q2 X0 X1 Y0 Y1".split(), (units.METRES | units.RADIANS, "")),
+}
 PICTURES = (".png", ".svg", ".pdf")
 JSON: dict[str, Any] = {"--json": "the result as JSON on stdout"}
 WORKING = "--working -1|1 -1|1"
@@ -41,7 +58,7 @@ def add_options(
             default, text = text
             shown = " ".join(map(str, default)) if isinstance(default, tuple) else default
             text += f" (default: {shown})"
-        settings: dict[str, Any] = {"type": _type_of(values[0])}
+        settings: dict[str, Any] = {"type": type_of(values[0])}
         if values[-1] == "...":
             settings |= {"nargs": "+", "action": "extend"}
             settings["metavar"] = " ".join(values[:-1])
@@ -56,13 +73,28 @@ def add_options(
         target.add_argument(name, default=default, help=text.strip(), **settings)
 
 
-def _type_of(value):
+def type_of(value: str) -> Callable[[str], Any]:
+    """Return what reads the text of a value with this name."""
     if value == "N" or value == "-1|1":
-        return int
+        return _whole_number
     if value in NUMBERS:
-        return float
+        return partial(_number, *NUMBERS[value])
     is_file = value in FILES or value.endswith((".csv", ".html", ".png", ".json", ".txt"))
     return Path if is_file else str
+
+
+def _whole_number(text):
+    try:
+        return int(text)
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r} is not a whole number") from None
+
+
+def _number(known, unit, text):
+    try:
+        return units.number_in(text, known, unit)
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from None
 
 
 def used_options(arguments: Namespace, *names: str) -> dict[str, Any]:
@@ -96,12 +128,12 @@ def check_ending(option: str, path: Path | None, endings: tuple[str, ...] = PICT
         raise UsageError(f"{option} must end in {known}, not {path.name!r}")
 
 
-def number(text: str, option: str) -> float:
-    """Return a number; UsageError names the option."""
+def number(text: str, option: str, name: str = "") -> float:
+    """Return a number, with a unit of the parameter's of this name; UsageError names the option."""
     try:
-        return float(text)
-    except ValueError:
-        raise UsageError(f"{option}: {text!r} is no number") from None
+        return units.number_in(text, units_of(name))
+    except ValueError as error:
+        raise UsageError(f"{option}: {error}") from None
 
 
 def parse_values(text: str, option: str, form: str = "VALUE") -> tuple[str, list]:
@@ -114,7 +146,10 @@ def parse_values(text: str, option: str, form: str = "VALUE") -> tuple[str, list
     if not sign or len(parts) not in (1, form.count(":") + 1):
         shape = form if form == "VALUE" else f"VALUE or {form}"
         raise UsageError(f"{option} must be NAME={shape}, not {text!r}")
-    numbers = [number(part, option) if part or len(parts) == 1 else None for part in parts]
+    numbers: list[float | None] = []
+    for part, of in zip(parts, form.split(":")):
+        own = "" if of == "COUNT" else name
+        numbers.append(number(part, option, own) if part or len(parts) == 1 else None)
     return name, numbers
 
 

@@ -17,6 +17,7 @@ from .options import (
     print_files,
     print_json,
     print_table,
+    type_of,
     usage_errors,
     used_options,
 )
@@ -44,7 +45,7 @@ PROBLEM = {
     "--torque-limit NM": "of either motor",
     "--joint-speed-limit RAD/S": "of either joint",
     "--acceleration-limit M/S2": "of the end-effector",
-    "--workspace X0 X1 Y0 Y1": "to stay in, m",
+    "--workspace X X Y Y": "to stay in, m: left, right, below, above",
     "--serial-margin SINE": "least |sin q_i2|",
     "--parallel-margin SINE": "least |det A|: no Type 2 is crossed",
     "--max-time S": (30.0, "of the search"),
@@ -61,7 +62,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     plan = commands.add_parser("plan")
     words = "points in m, at rest; modes, where they are named, may change"
     ends = plan.add_argument_group("from where to where", words)
-    pair = dict(nargs=2, type=float, required=True, metavar=("X", "Y"))
+    pair = dict(nargs=2, type=type_of("X"), required=True, metavar=("X", "Y"))
     ends.add_argument("--from", dest="start", **pair)
     ends.add_argument("--to", dest="goal", **pair)
     add_options(ends, ENDS)

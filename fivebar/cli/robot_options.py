@@ -4,9 +4,11 @@ import sys
 from argparse import SUPPRESS
 from dataclasses import fields, replace
 from pathlib import Path
+from warnings import catch_warnings, simplefilter
 
 from ..base.errors import UsageError
 from ..models.named_robots import ROBOTS
+from ..models.parameter_units import parameter_in_si
 from ..models.robot_files import READERS
 from ..models.robots import KINDS
 from .options import add_options, usage_errors, used_options
@@ -20,17 +22,17 @@ def add_robot_options(parser):
     single = [name for name in PARAMETERS if name != "gravity"]
     group = parser.add_argument_group(
         "robot",
-        "a set or a file; over it go single values, each by its name, as --l11 0.1, in SI units"
+        "a set or a file; over it go single values, each by its name, as --l11 0.1 or --l11 80mm"
         " (m, kg, kg m², kg m, friction in N m s/rad and N m): " + ", ".join(single),
     )
     known = ", ".join(ROBOTS)
     options = {
         "--robot ROBOT": (DEFAULT, f"one of {known}, or a .toml or .json file of parameters"),
-        "--gravity X Y": "m/s²; 0 -9.81: upright",
+        "--gravity M/S2 M/S2": "along x and y; 0 -9.81: upright",
     }
     add_options(group, options)
     for name in single:  # 40 lines of names without a word would bury all others
-        group.add_argument(f"--{name}", type=float, help=SUPPRESS)
+        group.add_argument(f"--{name}", help=SUPPRESS)
 
 
 def robot_is_chosen(arguments):
@@ -69,7 +71,11 @@ def chosen_machine(arguments):
             if name not in known:
                 title, names = robot.words.title, ", ".join(known)
                 raise UsageError(f"--{name}: {arguments.robot} is a {title}, with {names}")
-        return replace(machine, robot=replace(robot, **values))
+            if name != "gravity":
+                values[name] = parameter_in_si(values[name], name, robot.turns)
+        with catch_warnings():
+            simplefilter("ignore")  # of unusual lengths, whose unit was written
+            return replace(machine, robot=replace(robot, **values))
 
 
 def machine_from(path):

@@ -7,6 +7,7 @@ import re
 import sys
 from contextlib import suppress
 from importlib.util import module_from_spec, spec_from_file_location
+from itertools import zip_longest
 from pathlib import Path
 from textwrap import fill, indent
 
@@ -46,7 +47,11 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
     if len(arguments.motor) == 1:
         choices["motor"] = arguments.motor[0]
     elif arguments.motor:
-        choices["motor"] = [number(text, "--motor") for text in arguments.motor]
+        names = "stall_torque", "no_load_speed"
+        choices["motor"] = [
+            number(text, "--motor", name)
+            for text, name in zip_longest(arguments.motor, names, fillvalue="")
+        ]
     if arguments.tolerance:
         values = [parse_values(text, "--tolerance") for text in arguments.tolerance]
         choices["tolerances"] = {name: value for name, (value,) in values}

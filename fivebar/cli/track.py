@@ -24,6 +24,7 @@ from .options import (
     print_json,
     print_notes,
     print_table,
+    type_of,
     usage_errors,
     used_options,
 )
@@ -65,8 +66,8 @@ def add_parsers(commands: _SubParsersAction) -> None:
         "path", "a CSV file with columns t (s), x, y (m), or a straight line in m and s"
     )
     path.add_argument("csv", nargs="?", metavar="PATH.csv")
-    path.add_argument("--from", dest="start", nargs=2, type=float, metavar=("X", "Y"))
-    path.add_argument("--to", dest="goal", nargs=2, type=float, metavar=("X", "Y"))
+    path.add_argument("--from", dest="start", nargs=2, type=type_of("X"), metavar=("X", "Y"))
+    path.add_argument("--to", dest="goal", nargs=2, type=type_of("X"), metavar=("X", "Y"))
     add_options(path, PATH)
     add_options(track, OPTIONS)
     add_robot_options(track)

@@ -70,15 +70,17 @@ def robot_of(parameters: dict[str, Any], kind: Any = None) -> FiveBar | Biglide:
     each link its mass or a table of Link's arguments, with inertia_about_centre in place of inertia
     where it is that.
     """
-    if "links" in parameters and kind in (None, FiveBar):
+    kind = kind or kind_that_knows(parameters)
+    if "links" in parameters and kind is FiveBar:
         return _of_links(dict(parameters))
-    if kind is None:
-        kind = _kind_that_knows(parameters)
     _refuse_unknown(f"a {kind.words.title}", parameters, [f.name for f in fields(kind)])
     return kind(**parameters)
 
 
-def _kind_that_knows(parameters) -> Any:
+def kind_that_knows(parameters: dict[str, Any]) -> Any:
+    """Return the kind of robot that has most of these parameters."""
+    if "links" in parameters:
+        return FiveBar
     counts = []
     for kind in KINDS:
         counts.append(len(set(parameters) - {f.name for f in fields(kind)}))

@@ -7,9 +7,11 @@ import tomllib
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
 
 from ..base.tables import TextFile, whole_text
-from .parameters import robot_of
+from .parameter_units import table_in_si
+from .parameters import kind_that_knows, robot_of
 from .robots import Biglide, FiveBar
 
 READERS = {".toml": tomllib.loads, ".json": json.loads}
@@ -25,8 +27,9 @@ def load_robot(path: TextFile) -> FiveBar | Biglide:
     Parameters
     ----------
     path : path or open file
-        A .toml or .json file of parameters by name, in SI units: those of `FiveBar` or `Biglide`,
-        or with links those of `FiveBar.from_links`. kind = "five-bar" or "biglide" says which.
+        A .toml or .json file of parameters by name, in SI units or with their unit, as "80 mm":
+        those of `FiveBar` or `Biglide`, or with links those of `FiveBar.from_links`.
+        kind = "five-bar" or "biglide" says which.
 
     Returns
     -------
@@ -37,7 +40,8 @@ def load_robot(path: TextFile) -> FiveBar | Biglide:
     Raises
     ------
     ValueError
-        For a file that holds no robot, or one that could be of both kinds.
+        For a file that holds no robot, or one that could be of both kinds; for a length above 3 m
+        or a bar below 0.1 mm without its unit.
 
     Examples
     --------
@@ -73,7 +77,11 @@ def read_robot(path: TextFile) -> RobotFile:
             raise ValueError("a robot is a table of its parameters by name")
         kind = _kind_of(table)
         own = {name: table[name] for name in table if name not in ("kind", *SECTIONS)}
-        robot = robot_of(own, kind)
+        kind = kind or kind_that_knows(own)
+        table = table_in_si(table, kind.turns)
+        with catch_warnings():
+            simplefilter("ignore")  # of unusual lengths, whose unit the file names
+            robot = robot_of({name: table[name] for name in own}, kind)
     except (ValueError, TypeError, RecursionError) as error:
         raise ValueError(f"{name}: {error}") from None
     needed = () if "links" in table else fields(robot)[: robot.lab]

@@ -9,6 +9,8 @@ from typing import Any
 
 from ..base.backend import is_symbolic
 from ..base.tables import TextFile, written
+from ..base.units import METRES, unusual_length
+from .parameter_units import units_of
 
 
 def write_robot(
@@ -28,15 +30,19 @@ def write_robot(
         out.write(f'kind = "{robot.words.title.removesuffix(" robot")}"\n')
         for name, value in robot.parameters.items():
             known = f"  # sd {sd[name]:.2g}" if name in sd else ""
-            out.write(f"{name} = {_toml(value)}{known}\n")
+            out.write(f"{name} = {_toml(value, name, robot.turns)}{known}\n")
         for title, table in tables.items():
             out.write(f"\n[{title}]\n")
-            out.writelines(f"{name} = {_toml(value)}\n" for name, value in table.items())
+            for name, value in table.items():
+                out.write(f"{name} = {_toml(value, name, robot.turns)}\n")
 
 
-def _toml(value):
+def _toml(value, name, turns):
     if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_toml, value))}]"
+        return f"[{', '.join(_toml(part, name, turns) for part in value)}]"
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{name} = {_toml(part)}" for name, part in value.items()) + "}"
+        parts = (f"{key} = {_toml(part, key, turns)}" for key, part in value.items())
+        return "{" + ", ".join(parts) + "}"
+    if units_of(name, turns) is METRES and unusual_length(value, name[0] == "l"):
+        return f'"{value!r} m"'
     return repr(value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -16,6 +17,7 @@ from ..base.checks import (
     size,
     two_numbers,
 )
+from ..base.units import unusual_length
 from .physics import named
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ MAY_BE_NEGATIVE = (
     "zz2",
     "m",
 )  # what is grouped, of a heavy bar whose centre of mass is not between its ends
+_asked: list[str] = []  # the length that was asked about: once, a sweep has thousands of robots
 
 
 def _rule(robot, name):
@@ -63,6 +66,11 @@ def check_values(robot):
     if not any(map(is_symbolic, lengths.values())):
         not_too_different(lengths)
         not_too_narrow(robot.d, max(lengths.values()))
+        for name, length in lengths.items():
+            question = unusual_length(length, True)
+            if question and not _asked:
+                warnings.warn(f"{name}: {question} Lengths are in m", stacklevel=4)
+                _asked.append(name)
     for rub, own in zip(("fv1", "fv2", "fs1", "fs2"), robot.words.inertias * 2):
         value = getattr(robot, rub)
         inertia_of = getattr(robot, own)

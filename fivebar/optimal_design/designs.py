@@ -14,9 +14,10 @@ import numpy as np
 
 from ..base.backend import finite_numbers, is_symbolic, real_numbers
 from ..base.checks import number, shown, whole
-from ..base.columns import METRES, NO_UNIT, Quantity, read
+from ..base.columns import Quantity, read
 from ..base.representation import one_line
 from ..base.tables import STRANGE, arrays_in
+from ..base.units import METRES, NO_UNIT
 from ..models.robots import Biglide, FiveBar
 from .batch import PLACE, is_number, known_variables, scalar_parameters
 from .closed_forms import CLOSED

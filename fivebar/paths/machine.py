@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..base.checks import instance, one_of, positive, robot, shown, two_numbers
 from ..base.representation import one_line, vector
 from ..base.tables import TextFile
+from ..base.units import RADIANS
 from ..constraints.constraints import ON_POSES, Constraints
 from ..constraints.link_collisions import LinkCollisions
 from ..models.robot_files import SECTIONS, read_robot
@@ -24,8 +25,8 @@ from .tool import MountedTool, Tool
 # How many are 1 rad; None: it depends on the motor.
 UNITS = {
     "rad": 1.0,
-    "deg": 180 / math.pi,
-    "turns": 1 / (2 * math.pi),
+    "deg": 1 / RADIANS["deg"],
+    "turns": 1 / RADIANS["rev"],
     "counts": None,
     "steps": None,
     "mm": None,

@@ -11,8 +11,9 @@ from functools import partial
 import numpy as np
 
 from ..base.checks import not_negative, one_of, optional, positive, takes
-from ..base.columns import METRES, TIME, Columns, Quantity, read, units_named
+from ..base.columns import TIME, Columns, Quantity, read, units_named
 from ..base.tables import TextFile, named
+from ..base.units import METRES
 from .trajectory import Trajectory
 
 PLACES = {

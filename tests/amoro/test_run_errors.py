@@ -224,8 +224,8 @@ path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
         (["script.py", "--plot", "run.xyz"], "--plot must end in .png, .svg or .pdf"),
         (["script.py", "--animate", "run"], "--animate must end in .html"),
         (["script.py", "--plots", "none"], "--plots none: no such folder"),
-        (["--until", "x", "script.py"], "invalid float value: 'x'"),
-        (["script.py", "--until", "x"], "invalid float value: 'x'"),
+        (["--until", "x", "script.py"], "argument --until: 'x' is not a number"),
+        (["script.py", "--until", "x"], "argument --until: 'x' is not a number"),
     ],
 )
 def test_wrong_usage(tmp_path, monkeypatch, capsys, options, message):

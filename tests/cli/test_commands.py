@@ -91,7 +91,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["track", "no.csv"], 2, "No such file"),
         ([*LINE, "--kp", "-1"], 2, "kp must be"),
         ([*LINE, "--period", "0"], 2, "--period must be finite and > 0"),
-        ([*LINE, "--d", "9"], 2, "can never close"),
+        ([*LINE, "--d", "9m"], 2, "can never close"),
         ([*LINE, "--robot", "gantry"], 2, "no robot 'gantry': the known ones are amoro"),
         ([*LINE, "--robot", "no.toml"], 2, "no.toml: "),
         (

@@ -203,7 +203,7 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
         (["--start", "l13=1"], 2, "--start: no 'l13'"),
         (["--loss", "l2"], 2, "--loss must be one of linear"),
         (["--start", "x0"], 2, "--start must be NAME=VALUE"),
-        (["--start", "x0=a"], 2, "--start: 'a' is no number"),
+        (["--start", "x0=a"], 2, "--start: 'a' is not a number"),
         (["--bounds", "l11=0.1"], 2, "--bounds must be NAME=LOW:HIGH"),
         (["--robot", "biglide"], 2, "calibrate knows five-bars only"),
         (["--units", "furlong"], 1, "units: furlong: known are"),

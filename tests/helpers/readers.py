@@ -21,6 +21,7 @@ import fivebar as fb
 from fivebar.base import columns
 from fivebar.base.errors import UsageError
 from fivebar.base.shards import MANIFEST, read_chunk, read_manifest
+from fivebar.base.units import METRES, SECONDS
 from fivebar.cli.grade_folder import _ids
 from fivebar.cli.robot_options import machine_from
 from fivebar.estimation.calibration.rows import rows_of
@@ -153,10 +154,7 @@ def readers():
     points = POINTS.encode()
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("x = 1\n%pip list")])
     solution = (DATA / "solutions" / "lab1.py").read_bytes()
-    wanted = {
-        "t": columns.Quantity(("time",), columns.SECONDS),
-        "x": columns.Quantity((), columns.METRES),
-    }
+    wanted = {"t": columns.Quantity(("time",), SECONDS), "x": columns.Quantity((), METRES)}
     numbers = json.dumps(
         {
             name: getattr(ROBOT, name)

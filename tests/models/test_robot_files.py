@@ -85,7 +85,7 @@ def test_what_only_one_kind_has_says_which_it_is(tmp_path):
         ("l11 = -0.1\n", "l11 must be"),
         ("l11 = nan\n", "l11 must be"),
         ("l11 = 0.1, \n", "robot.toml: "),
-        ("l11 = '0.1'\n", "l11 must be"),
+        ("l11 = 'short'\n", "l11: 'short' is not a number"),
     ],
 )
 def test_files_that_hold_no_robot(tmp_path, text, words):

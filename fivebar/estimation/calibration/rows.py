@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 
-from ...base.columns import COUNTS, METRES, NO_UNIT, RADIANS, Quantity, read
+from ...base.columns import Quantity, read
 from ...base.tables import FilePath, named
+from ...base.units import COUNTS, METRES, NO_UNIT, RADIANS
 
 MODES = "working1", "working2", "assembly"
 ANGLE = RADIANS | COUNTS

@@ -10,6 +10,7 @@ from numpy import ndarray
 from ...base.presentation import Plotted
 from ...base.representation import one_line, table
 from ...base.tables import TextFile
+from ...models.parameter_units import units_of
 from ...models.robots import Robot
 from ..saving import encode, read_json, write_json
 
@@ -148,9 +149,7 @@ class Identification(Plotted):
         return "\n".join(lines)
 
     def _unit(self, name):
-        words = self.robot.words
-        friction = {"fv": f"{words.effort_unit} s/{words.unit}", "fs": words.effort_unit}
-        return {"zz": "kg m²", "mx": "kg m", "my": "kg m", **friction}.get(name[:2], "kg")
+        return next(iter(units_of(name, self.robot.turns)))
 
     @property
     def table(self) -> dict:

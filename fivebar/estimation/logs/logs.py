@@ -11,18 +11,18 @@ from numpy import ndarray
 from scipy.interpolate import CubicSpline
 
 from ...base.checks import number, positive, two_numbers
-from ...base.columns import (
+from ...base.columns import TIME, Columns, Quantity, read
+from ...base.tables import TextFile, named
+from ...base.units import (
+    AMPERES,
     COUNTS,
     METRES,
     NEWTON_METRES,
+    NEWTONS,
     RADIANS,
     RADIANS_PER_SECOND,
-    TIME,
-    Columns,
-    Quantity,
-    read,
+    SPEEDS,
 )
-from ...base.tables import TextFile, named
 from ...models.robots import Robot
 
 LATE = 1.5  # sampling periods between two rows: from there on rows are missing
@@ -102,9 +102,9 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
     rate = RADIANS_PER_SECOND
     if not robot.turns:
         angle = METRES
-        torque = {"n": 1.0, "mn": 1e-3}
-        rate = {"m/s": 1.0, "mm/s": 1e-3}
-    units = angle | COUNTS, torque | {"a": 1.0, "ma": 1e-3}, rate
+        torque = NEWTONS
+        rate = SPEEDS
+    units = angle | COUNTS, torque | AMPERES, rate
     columns = {"t": TIME}
     for digit, side, joint in zip("12", ("left", "right"), robot.words.joints):
         for name, own in zip(HEADINGS, units):

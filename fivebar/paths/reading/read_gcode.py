@@ -10,6 +10,7 @@ import cmath
 import math
 import re
 
+from ...base.units import METRES
 from ..pieces import Arc, Line
 from .draft import Draft, Move, listed
 
@@ -22,7 +23,6 @@ PASSED = {  # codes that say nothing of a path in the plane
 RIGHT = 1e-3  # of its radius: by which an arc's ends may differ in their distance from the centre
 ROUGH = 5e-6  # m, the same: what files of three decimals in mm or four in inches leave
 WHOLE = 1e-9  # m, between the ends of a whole circle
-METRES = {"mm": 1e-3, "in": 0.0254}
 
 
 def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
@@ -31,7 +31,7 @@ def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
     The pen is down in G1, G2 and G3: after M3 or M4 (and S is not 0) where the file has them, and
     at Z <= 0 where it has Z.
     """
-    if units not in (None, *METRES):
+    if units not in (None, "mm", "in"):
         raise ValueError(f'{name}: units of G-code must be "mm" or "in", not {units!r}')
     return _Machine(text, name, units).run()
 

@@ -12,23 +12,15 @@ import numpy as np
 import svgelements
 
 from ...base.tables import STRANGE
+from ...base.units import METRES
 from ..fit import Bezier, Ellipse
 from ..pieces import Line
 from .draft import Draft, Move, listed
 
 SVG = "{http://www.w3.org/2000/svg}"
 LINE = "data-fivebar-line"  # the attribute that carries an element's line through svgelements
-INCH = 0.0254
-METRES = {
-    "": INCH / 96,
-    "px": INCH / 96,
-    "pt": INCH / 72,
-    "pc": INCH / 6,
-    "in": INCH,
-    "mm": 1e-3,
-    "cm": 1e-2,
-    "m": 1.0,
-}
+INCH = METRES["in"]
+IN_METRES = METRES | {"": INCH / 96, "px": INCH / 96, "pt": INCH / 72, "pc": INCH / 6}
 PATH_DATA = re.compile(r"\s*(none|[Mm][MmLlHhVvCcSsQqTtAaZz\deE+\-.,\s]*)?")
 TRANSFORM = re.compile(r"([\s,]*(matrix|translate|scale|rotate|skew[XY])\s*\([\d\seE.,+-]*\))*\s*")
 NOT_DRAWN = "text", "image", "foreignObject"
@@ -152,18 +144,18 @@ def _hide_symbols(root):
 
 def _metres_per_pixel(svg, draft, units):
     """Return m per unit of svgelements' coordinates, from the drawing's width or from `units`."""
-    if units is not None and units not in METRES:
-        known = ", ".join(filter(None, METRES))
+    if units is not None and units not in IN_METRES:
+        known = ", ".join(filter(None, IN_METRES))
         raise ValueError(f"units of an SVG must be one of {known}, not {units!r}")
     size = re.fullmatch(r"\s*([\d.eE+-]+)\s*(mm|cm|in|pt|pc)\s*", str(svg.values.get("width")))
     if size is None:
         if units is None:
             draft.notes.append("it states no size in mm: its units are read as pixels of 1/96 inch")
-        return METRES[units or "px"]
+        return IN_METRES[units or "px"]
     if units is not None:
         raise ValueError(f"units are given as {units}, but its width is {size[0]}")
     # svgelements rounds a millimetre to 3.7795296 px; the ratio of widths does not.
-    return float(size[1]) * METRES[size[2]] / float(svg.width)
+    return float(size[1]) * IN_METRES[size[2]] / float(svg.width)
 
 
 def _add(element, metres, origin, draft, passed):

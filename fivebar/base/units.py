@@ -1,0 +1,132 @@
+"""Units of files and options: one table, and numbers with a unit, as "80 mm"."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Mapping
+from typing import Any
+
+from .checks import shown
+
+LONGEST, SHORTEST_BAR = 3.0, 1e-4  # m, of what stands on a desk
+
+# {unit: its size in SI units}; the first is the SI unit.
+METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254}
+RADIANS = {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3, "rev": 2 * math.pi}
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+KILOGRAMS = {"kg": 1.0, "g": 1e-3}
+NEWTONS = {"N": 1.0, "mN": 1e-3}
+NEWTON_METRES = {"N m": 1.0, "mN m": 1e-3, "N cm": 1e-2, "kg cm": 0.0980665}
+FIRST_MOMENTS = {"kg m": 1.0, "g mm": 1e-6}
+INERTIAS = {"kg m²": 1.0, "kg cm²": 1e-4, "g cm²": 1e-7, "g mm²": 1e-9}
+SPEEDS = {"m/s": 1.0, "mm/s": 1e-3, "in/s": 0.0254}
+ACCELERATIONS = {"m/s²": 1.0, "mm/s²": 1e-3}
+JERKS = {"m/s³": 1.0, "mm/s³": 1e-3}
+RADIANS_PER_SECOND = {
+    "rad/s": 1.0,
+    "deg/s": math.pi / 180,
+    "rpm": math.pi / 30,
+    "rev/s": 2 * math.pi,
+}
+ANGULAR_ACCELERATIONS = {"rad/s²": 1.0, "deg/s²": math.pi / 180}
+STIFFNESSES = {"N m/rad": 1.0, "N m/deg": 180 / math.pi}
+DAMPINGS = {"N m s/rad": 1.0, "mN m s/rad": 1e-3}
+SLIDING_DAMPINGS = {"N s/m": 1.0}
+AMPERES = {"A": 1.0, "mA": 1e-3}
+HERTZ = {"Hz": 1.0, "kHz": 1e3}
+COUNTS = {"counts": 1.0}
+NO_UNIT = {"1": 1.0}
+ALL = (
+    METRES, RADIANS, SECONDS, KILOGRAMS, NEWTONS, NEWTON_METRES, FIRST_MOMENTS, INERTIAS, SPEEDS,
+    ACCELERATIONS, JERKS, RADIANS_PER_SECOND, ANGULAR_ACCELERATIONS, STIFFNESSES, DAMPINGS,
+    SLIDING_DAMPINGS, AMPERES, HERTZ, COUNTS,
+)  # fmt: skip
+
+SYNONYMS = {
+    "s": "sec secs second seconds",
+    "ms": "msec millis millisecond milliseconds",
+    "us": "microsecond microseconds",
+    "ns": "nsec nsecs nanosecond nanoseconds",
+    "m": "metre metres meter meters",
+    "mm": "millimetre millimetres millimeter millimeters",
+    "in": 'inch inches "',
+    "deg": "° degree degrees degre degres",
+    "deg/s": "°/s degrees/s",
+    "rad": "radian radians",
+    "rev": "turn turns revolution revolutions tr tour tours",
+    "rpm": "tr/min",
+    "counts": "count ticks steps inc",
+    "kg cm": "kgfcm",
+    "N m s/rad": "nms",
+    "mN m s/rad": "mnms",
+}
+NUMBER = re.compile(r"\s*([-+]?(?:inf|nan|[\d.]+(?:e[-+]?\d+)?))\s*(.*?)\s*", re.IGNORECASE)
+
+
+def unaccented(word: str) -> str:
+    """Return a word in small letters without accents."""
+    letters = unicodedata.normalize("NFKD", word).casefold()
+    return "".join(letter for letter in letters if not unicodedata.combining(letter))
+
+
+def _squeezed(word):
+    return re.sub(r"[\s·*.^]", "", unaccented(word).replace("μ", "u"))
+
+
+_UNITS = {_squeezed(unit): unit for units in ALL for unit in units}
+_UNITS |= {word: unit for unit, words in SYNONYMS.items() for word in words.split()}
+
+
+def unit_named(word: str) -> str:
+    """Return a unit as the tables write it; an unknown word without blanks and accents."""
+    squeezed = _squeezed(word)
+    return _UNITS.get(squeezed, squeezed)
+
+
+def number_in(
+    value: Any, units: Mapping[str, float], unit: str = "", is_bar: bool = False
+) -> float:
+    """Return the number in a unit that a number says, or a text with or without a unit.
+
+    Parameters
+    ----------
+    value : number or str
+    units : mapping
+        A table of units, of which it may have one; NO_UNIT of numbers.
+    unit : str
+        The unit of the result, and of a number without a unit; the SI unit by default.
+    is_bar : bool
+        Whether it is a bar, which has a usual least length, too.
+
+    Raises
+    ------
+    ValueError
+        It is no number, its unit is not in the table, or a length without a unit is unusual.
+    """
+    found = NUMBER.fullmatch(value) if isinstance(value, str) else None
+    try:
+        number = float(found[1] if found else value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{shown(value)} is not a number") from None
+    word = unit_named(found[2]) if found else ""
+    if word in units:
+        size = units[word] / (units[unit] if unit else 1.0)
+        # 118 mm are 0.118 m to the last digit, which 118 * 0.001 are not.
+        return number * size if size >= 1 else number / (1 / size)
+    if word:
+        known = ", ".join(units) if units is not NO_UNIT else "none"
+        raise ValueError(f"{shown(value)}: its unit must be {known}")
+    if units is METRES and (question := unusual_length(number, is_bar)):
+        raise ValueError(f"{question} Write the unit, as {number:g}mm or {number:g}m")
+    return number
+
+
+def unusual_length(length: float, is_bar: bool) -> str:
+    """Return what to ask about a length, m, where nobody wrote the unit; "" of a usual one."""
+    if LONGEST < abs(length) < math.inf:
+        return f"{length:g} m: did you mean {length:g} mm?"
+    if is_bar and 0 < length < SHORTEST_BAR:
+        return f"a bar of {1e3 * length:g} mm: is it in another unit?"
+    return ""
