@@ -14,7 +14,10 @@ from .options import usage_errors, used_options
 GCODE = {
     "--format csv|gcode": ("csv", "what is written: set-points, or joint-space G-code"),
     "--firmware NAME": ("grbl", "grbl, fluidnc, linuxcnc, marlin or reprapfirmware"),
-    "--axes LETTER LETTER": (("X", "Y"), "of the left and the right joint"),
+    "--axes LETTER LETTER": (
+        ("X", "Y"),
+        "of the left and the right joint, in degrees, or as the drives of the robot's file read",
+    ),
     "--steps-per-turn NUMBER": "axes in steps: so many, with microsteps, are a turn of the motor",
     "--mm-per-turn NUMBER": "axes in mm: so many are a turn of the motor for the firmware",
     "--gear NUMBER": (1.0, "turns of the motor for one of the joint"),

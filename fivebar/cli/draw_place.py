@@ -15,6 +15,7 @@ MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 SAMPLES = 501  # of a motion, whose assembly modes are looked at
 PLACE = {
     "--at X Y": "where the drawing's middle goes, m",
+    "--as-drawn": "at the coordinates that the file has, in the robot's measuring frame",
     "--turn-deg DEG": (0.0, "to the left"),
     "--scale K": "of the drawing (default: 1)",
     "--fit": "as large as it fits, in the workspace or on the page",
@@ -22,6 +23,11 @@ PLACE = {
     " its lower left corner",
     "--margin M": (0.005, "from singularities"),
     WORKING: "working modes, as -1 -1",
+}
+CHOOSE = {  # option: what it does, and the options that would do it otherwise
+    "fit": ("chooses scale and place", ("scale", "at")),
+    "page": ("finds a place for the sheet", ("at",)),
+    "as_drawn": ("keeps a drawing where it is", ("at", "turn_deg", "scale", "fit", "page")),
 }
 
 
@@ -33,22 +39,26 @@ def placed(arguments, machine, path):
     from ..paths.placing.fitting_in import bounds, fitted_in
     from ..paths.reading.read import path as path_of
 
-    if arguments.fit and (arguments.scale or arguments.at):
-        raise UsageError("--fit chooses scale and place: it goes without --scale and --at")
-    if arguments.page is not None and arguments.at:
-        raise UsageError("--page finds a place for the sheet: it goes without --at")
+    for option, (effect, others) in CHOOSE.items():
+        if getattr(arguments, option) and any(getattr(arguments, other) for other in others):
+            first, *names = (f"--{each}".replace("_", "-") for each in (option, *others))
+            raise UsageError(f"{first} {effect}: it goes without {' and '.join(names)}")
     robot = machine.robot
     to_robot = machine.frame.inverse
     turn = np.deg2rad(arguments.turn_deg) + to_robot.turn
     scale = (arguments.scale or 1.0) * to_robot.scale
-    if arguments.at is not None:
-        first = Placement((0.0, 0.0), turn, scale)(path)
-        shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
-        placed = Placement(tuple(shift.tolist()))(first)
+    if arguments.at is not None or arguments.as_drawn:
+        placed = to_robot(path)
+        if arguments.at is not None:
+            first = Placement((0.0, 0.0), turn, scale)(path)
+            shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
+            placed = Placement(tuple(shift.tolist()))(first)
         working = _modes(arguments, machine, placed)
         return machine.led(placed, working), working, None, None
     if not robot.turns:
-        raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
+        raise UsageError(
+            "a biglide's aspects have no ends to fit into: say where with --at X Y or --as-drawn"
+        )
     corners = None
     if arguments.page is not None:
         path, corners = _on_page(arguments, path)

@@ -56,9 +56,9 @@ class Gcode:
         "grbl", "fluidnc", "linuxcnc", "marlin" or "reprapfirmware".
     axes : (2,)
         Letters of the left and the right joint.
-    unit : "deg", "steps", "mm" or "rad"
+    unit : "deg", "steps", "mm" or "rad", optional
         Of the axes. They count from the zeros and in the directions of the machine's readings;
-        "rad" takes these as they are.
+        "rad" takes these as they are. By default deg, or as they are where they are not in rad.
     per_turn : float, optional
         Steps, microsteps included, or mm of the firmware in a turn of the motor; of "steps" and
         "mm".
@@ -90,7 +90,7 @@ class Gcode:
 
     firmware: str = "grbl"
     axes: tuple[str, str] = ("X", "Y")
-    unit: str = "deg"
+    unit: str | None = None
     per_turn: float | None = None
     gear: float = 1.0
     feed: str | None = None
@@ -104,7 +104,7 @@ class Gcode:
 
     def __post_init__(self) -> None:
         one_of(*FIRMWARES)(self.firmware, "Gcode: firmware")
-        one_of("deg", "steps", "mm", "rad")(self.unit, "Gcode: unit")
+        optional(one_of("deg", "steps", "mm", "rad"))(self.unit, "Gcode: unit")
         positive(self.gear, "Gcode: gear")
         optional(one_of("inverse", "units"))(self.feed, "Gcode: feed")
         optional(one_of(*PENS))(self.pen, "Gcode: pen")
@@ -143,6 +143,14 @@ class Gcode:
                 " pen='M3' or pen='Z'"
             )
         not_negative(self.approach, "Gcode: approach")
+
+    def unit_of(self, machine: Machine) -> str:
+        """Return the unit of a machine's axes."""
+        return self.unit or ("deg" if machine.reads_angles else "rad")
+
+    def scale(self, machine: Machine) -> float:
+        """Return how many units of the axes are 1 of a machine's readings."""
+        return machine.scale(self.unit_of(machine), self.per_turn) * self.gear
 
     @property
     def _pen(self):
@@ -191,22 +199,18 @@ def gcode(motion: TimedPath, machine: Machine | None = None, dialect: Gcode | No
     dialect = Gcode() if dialect is None else dialect
     if machine.robot != motion.robot:
         raise ValueError("gcode: the motion is of another robot than the machine")
-    if not motion.robot.turns and dialect.unit != "rad":
-        raise ValueError(
-            "gcode: the joints of a biglide slide: take unit='rad', their readings in m"
-        )
     if motion.crossing.any():
         raise ValueError(
             "gcode: the path crosses Type 2, where the joints do not tell the place of the tool:"
             " draw it in one assembly mode"
         )
-    scale = machine.scale(dialect.unit, dialect.per_turn) * dialect.gear
+    scale = dialect.scale(machine)
     t = _line_ends(motion, dialect)
     q, _ = motion.joints(t)
     values = machine.readings(_in_range(machine, q)) * scale
     decimals = _decimals(motion, machine, dialect, t, scale)
     values = np.round(values, decimals) + 0.0  # without -0
-    _refuse_fast(t, values, dialect)
+    _refuse_fast(t, values, machine, dialect)
     head = _head(motion, machine, dialect, t)
     back = dialect.approach * scale / np.array(machine.ratio)
     lines = _lines(motion, dialect, t, values, decimals, back)
@@ -321,22 +325,25 @@ def _decimals(motion, machine, dialect, t, scale):
     return max(0, math.ceil(-math.log10((1 - USED) * most_off / moved)))
 
 
-def _refuse_fast(t, values, dialect):
+def _refuse_fast(t, values, machine, dialect):
     if dialect.max_feed is None:
         return
     feed = 60 * np.abs(np.diff(values, axis=0)) / np.diff(t)[:, None]
     k, axis = np.unravel_index(feed.argmax(), feed.shape)
     if feed[k, axis] > dialect.max_feed:
+        unit = dialect.unit_of(machine)
         raise ValueError(
-            f"gcode: axis {dialect.axes[axis]} moves at {feed[k, axis]:.5g} {dialect.unit}/min at"
+            f"gcode: axis {dialect.axes[axis]} moves at {feed[k, axis]:.5g} {unit}/min at"
             f" t = {t[k]:.4g} s, beyond the {dialect.max_feed:g} of the firmware: limit the joint"
             f" speeds to {dialect.max_feed / feed[k, axis]:.3g} of what they are there"
         )
 
 
 def _head(motion, machine, dialect, t):
-    unit = {"steps": "steps", "mm": "mm", "deg": "degrees", "rad": "readings"}[dialect.unit]
-    scale = machine.scale(dialect.unit, dialect.per_turn) * dialect.gear
+    unit = {"steps": "steps", "mm": "mm", "deg": "degrees", "rad": "readings"}[
+        dialect.unit_of(machine)
+    ]
+    scale = dialect.scale(machine)
     angles = []
     for name, axis, ratio, offset in zip(
         motion.robot.words.joints, dialect.axes, machine.ratio, machine.offset

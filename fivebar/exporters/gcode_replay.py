@@ -197,7 +197,7 @@ def replayed(
     """
     robot: Any = motion.robot
     machine = Machine(robot) if machine is None else machine
-    scale = machine.scale(dialect.unit, dialect.per_turn) * dialect.gear
+    scale = dialect.scale(machine)
     q = machine.angles(program.axes / scale)
     times, place, off, faster = along_lines(motion, program.t, q)
     if not np.isfinite(place).all():

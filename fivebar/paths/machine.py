@@ -134,6 +134,11 @@ class Machine:
         """Whether its drives read other angles than the model has."""
         return (self.offset, self.ratio) != ((0.0, 0.0), (1.0, 1.0))
 
+    @property
+    def reads_angles(self) -> bool:
+        """Whether its drives read rad, of the joint or before a gear."""
+        return self.robot.turns and max(map(abs, self.ratio)) >= IN_RADIANS
+
     def led(self, path: Any, working: ArrayLike) -> Any:
         """Return the Path or Trajectory of joint C that leads the tool along one, in the robot's
         frame: `Tool.path`; without a tool the path itself.
@@ -174,12 +179,12 @@ class Machine:
             raise ValueError(
                 f"the joints of a biglide slide, they have no angles, of which {unit} is a unit"
             )
-        if max(map(abs, self.ratio)) < IN_RADIANS:
+        if not self.reads_angles:
             a_turn = 2 * math.pi / self.ratio[0]
             raise ValueError(
                 f"the drives read {a_turn:.6g} a turn, by the ratio of the"
-                f" machine: {unit} could be theirs or the motor's; leave unit='rad', which takes"
-                " the readings as they are, or give the machine a ratio in rad"
+                f" machine: {unit} could be theirs or the motor's; take rad, which leaves the"
+                " readings as they are, or give the machine a ratio in rad"
             )
         known = UNITS[unit]
         if known:

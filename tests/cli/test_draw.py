@@ -430,3 +430,38 @@ def test_a_slow_motion_is_written_only_where_it_is_accepted(drawing, tmp_path, m
     assert main([*asked, "--accept-slow"]) == 0
     assert "fivebar: slow: the motion takes" in capsys.readouterr().err
     assert (tmp_path / "out" / "drawing.nc").exists()
+
+
+def test_as_drawn_keeps_the_coordinates_of_the_file(tmp_path, capsys):
+    """The set-points, in the measuring frame, are the file's own points."""
+    (tmp_path / "line.csv").write_text("x_mm,y_mm\n-10,60\n20,70\n", encoding="utf-8")
+    robot = tmp_path / "robot.toml"
+    machine = fb.Machine(fb.FiveBar(), frame=fb.Placement((0.03, -0.05), 0.4, 1.01))
+    machine.save(robot)
+    words = ["draw", str(tmp_path / "line.csv"), "--as-drawn", "--out", str(tmp_path)]
+    assert main([*words, "--robot", str(robot), "--rate", "50"]) == 0
+    assert "middle of it         (5, 65) mm, in the measuring frame" in capsys.readouterr().out
+    text = (tmp_path / "setpoints.csv").read_text("utf-8").splitlines()
+    rows = np.array([line.split(",")[1:3] for line in text if line[0].isdigit()], float)
+    np.testing.assert_allclose(rows[[0, -1]], [(-0.01, 0.06), (0.02, 0.07)], atol=1e-9)
+    for other in (["--at", "0", "0.1"], ["--turn-deg", "3"], ["--fit"]):
+        assert main([*words, *other]) == 2
+        assert "--as-drawn keeps a drawing where it is: it goes without" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ratio", [(np.pi / 180, -np.pi / 180), (2 * np.pi / 4096,) * 2])
+def test_gcode_of_a_robot_whose_drives_read_degrees_or_counts(ratio, tmp_path, capsys):
+    """The axes are what the drives read, as the replay in the robot's angles says."""
+    robot = tmp_path / "robot.toml"
+    fb.Machine(fb.FiveBar(), offset=(0.1, 0.2), ratio=ratio).save(robot)
+    (tmp_path / "line.csv").write_text("x_mm,y_mm\n60,70\n90,68\n", encoding="utf-8")
+    words = ["draw", str(tmp_path / "line.csv"), "--as-drawn", "--format", "gcode", "--json"]
+    assert (
+        main([*words, "--robot", str(robot), "--out", str(tmp_path), "--working", "-1", "-1"]) == 0
+    )
+    assert json.loads(capsys.readouterr().out)["max_error_m"] < 2e-5
+    lines = (tmp_path / "drawing.nc").read_text("utf-8").splitlines()
+    last = [line for line in lines if line.startswith("G1")][-1]
+    axes = [float(word[1:]) for word in last.split()[1:3]]
+    q = np.array(axes) * ratio + (0.1, 0.2)
+    np.testing.assert_allclose(fb.dgm(fb.FiveBar(), q).xi, (0.09, 0.068), atol=2e-5)

@@ -70,7 +70,7 @@ def test_readings_and_frame_are_inverted(offset, ratio, shift, turn, angle):
     [
         ("[readings]\noffset1 = 1", "no offset1 in the table readings; it has offset, ratio"),
         ("[readings]\nratio = [0, 1]", "ratio must not be 0"),
-        ("[readings]\noffset = 'x'", "offset must be two finite numbers|must be numbers"),
+        ("[readings]\noffset = 'x'", "offset: 'x' is not a number"),
         ("[frame]\nscale = -1", "scale must be finite and > 0"),
         ("[constraints]\ntorque = -1", "torque must be"),
         ("[constraints]\ncollisions = {width = 1}", "no width in the table constraints.collisions"),
