@@ -1,13 +1,17 @@
-"""What executors of other packages raise when their cluster goes away, and what is the work's own error."""
+"""Pools that several threads end, and what executors of other packages raise when their cluster goes away."""
 
-from concurrent.futures import Future
+import signal
+import threading
+import time
+from concurrent.futures import Future, ThreadPoolExecutor
+from threading import Barrier
 from types import ModuleType
 
 import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.base.workers import WorkersDied, compute_chunks
+from fivebar.base.workers import WorkerPool, WorkersDied, compute_chunks, first_done
 
 CASCADE = "def cascade(result):\n    typ, exc, tb = result\n    raise exc.with_traceback(tb)\n"
 
@@ -64,3 +68,43 @@ def test_a_sweep_on_a_lost_cluster_keeps_what_was_done(tmp_path):
         fb.sweep("bars", designs, executor=Cluster(cascade), out=out, chunk=1)
     assert len(list(out.glob("chunk-*.npz"))) == 2
     assert fb.sweep("bars", designs, out=out, chunk=1).count == 4
+
+
+class SlowToLoad:
+    """An argument that takes long to arrive in a worker, as modules that it loads do."""
+
+    def __reduce__(self):
+        return time.sleep, (60.0,)
+
+
+def test_a_worker_that_still_loads_is_killed_at_once():
+    pool = WorkerPool(1, "spawn", abs, (SlowToLoad(),))
+    pool.submit(abs, -1)
+    time.sleep(0.5)
+    before = time.monotonic()
+    pool.kill()
+    assert time.monotonic() - before < 10
+
+
+def test_threads_may_kill_one_pool_at_the_same_time():
+    """The grader's main thread does on Ctrl-C, and so does each thread that waits for a result."""
+    for _ in range(30):
+        pool = WorkerPool(1, "fork")
+        pool.submit(time.sleep, 60.0)
+        barrier = Barrier(4)
+
+        def kill(_, pool=pool, barrier=barrier):
+            barrier.wait()
+            pool.kill()
+
+        with ThreadPoolExecutor(4) as threads:
+            list(threads.map(kill, range(4)))
+
+
+def test_an_interrupt_that_another_thread_receives_ends_the_wait():
+    """A busy machine gives Ctrl-C at a moment in which it does not end the wait for a lock."""
+    threading.Timer(0.2, lambda: signal.pthread_kill(threading.get_ident(), signal.SIGINT)).start()
+    before = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        first_done([Future()])
+    assert time.monotonic() - before < 10

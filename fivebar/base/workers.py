@@ -26,8 +26,15 @@ import signal
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, wait
+from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import connection, resource_tracker
@@ -36,6 +43,8 @@ from typing import Any
 from .checks import shown
 
 KILLED = "a worker process was killed (is the machine out of memory?)"
+WAKES = 0.5  # s, between two looks of a thread that waits
+DESERTED = 40  # looks at a cluster without workers, after which it is given up
 
 
 class WorkersDied(RuntimeError):
@@ -86,6 +95,20 @@ def compute_chunks(
         yield from _compute_by(executor, compute, chunks, {})
 
 
+def first_done(futures: Collection[Future], executor: Executor | None = None) -> set[Future]:
+    """Return the futures that are done, at least one.
+
+    Raises WorkersDied where the executor is a cluster that has no worker for a while. It wakes
+    again and again: Ctrl-C that another thread receives ends no wait of the main thread.
+    """
+    deserted = 0
+    while not (done := wait(futures, WAKES, FIRST_COMPLETED).done):
+        deserted = deserted + 1 if _is_deserted(executor) else 0
+        if deserted == DESERTED:
+            raise WorkersDied("the cluster has had no worker or no scheduler for a while")
+    return done
+
+
 def check_executor(executor: object) -> None:
     """Raise TypeError unless the argument is an executor or None."""
     if executor is not None and not (hasattr(executor, "submit") and hasattr(executor, "shutdown")):
@@ -133,21 +156,29 @@ class WorkerPool(ProcessPoolExecutor):
         initargs: tuple = (),
     ) -> None:
         context = multiprocessing.get_context(start_method)
+        self._lock = threading.Lock()
         self._ends = context.Pipe(duplex=False)
         arguments = (self._ends, initializer, initargs)
         super().__init__(workers, context, _start_worker, arguments)
 
     def submit(self, *args: Any, **kwargs: Any) -> Any:
-        with without_interrupts(), warnings.catch_warnings():  # processes are started here
+        # Processes are started here: none begins while another thread kills the pool.
+        with without_interrupts(), self._lock, warnings.catch_warnings():
             # JAX warns of every fork, as its threads are not there afterwards: workers use none.
             warnings.filterwarnings("ignore", "os.fork", RuntimeWarning)
             return super().submit(*args, **kwargs)
 
     def kill(self) -> None:
-        """End the workers, whatever they compute: their futures raise BrokenProcessPool."""
-        for end in self._ends:
-            end.close()
-        self.shutdown(cancel_futures=True)
+        """End the workers at once, whatever they compute: their futures raise BrokenProcessPool.
+
+        Several threads may call it.
+        """
+        with self._lock:  # Executor.shutdown closes a pipe twice where two threads call it.
+            for end in self._ends:
+                end.close()
+            for process in list((self._processes or {}).values()):
+                process.kill()  # A worker that still loads its modules does not watch the pipe.
+            self.shutdown(cancel_futures=True)
 
     def __exit__(self, *_: object) -> None:
         self.kill()
@@ -241,7 +272,7 @@ def _compute_by(executor, compute, chunks, pending):
 
     def collect():
         # Results first: the error of a chunk that died must not lose those that are done.
-        for future in sorted(_wait(futures, executor), key=_has_failed):
+        for future in sorted(first_done(futures, executor), key=_has_failed):
             number = futures.pop(future)
             result = _result(future, number)
             del pending[number]
@@ -289,16 +320,6 @@ def _is_of_cluster(error):
 
 def _has_failed(future):
     return future.cancelled() or future.exception() is not None
-
-
-def _wait(futures, executor):
-    """Return the futures that are done, at least one; a cluster without workers would never end."""
-    deserted = 0
-    while not (done := wait(futures, 10.0, FIRST_COMPLETED).done):
-        deserted = deserted + 1 if _is_deserted(executor) else 0
-        if deserted == 2:
-            raise WorkersDied("the cluster has had no worker or no scheduler for a while")
-    return done
 
 
 def _is_deserted(executor):

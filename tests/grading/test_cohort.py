@@ -1,9 +1,12 @@
 """A folder of submissions: found, graded by several processes, interrupted at any moment, gone on with."""
 
 import json
+import random
+import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +15,7 @@ import pytest
 
 from fivebar.cli import main
 from fivebar.grading import grade as graded
+from fivebar.grading.course import cohort as cohort_module
 from fivebar.grading.course import graders
 from fivebar.grading.course.cohort import STATE, GraderError, _one, begin, run_cohort, trouble_of
 from fivebar.grading.grade import grade
@@ -223,6 +227,58 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
     assert {
         json.loads(path.read_text("utf-8"))["seed"] for path in (out / "students").glob("*.json")
     } == seeds
+
+
+def test_an_interrupt_that_a_waiting_thread_receives_is_answered(
+    labs, folder, tmp_path, monkeypatch
+):
+    """Python's handler runs in the main thread, which must wake up for it."""
+    stopped = threading.Event()
+
+    class Interrupted:
+        def ask(self, job, lab):
+            signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+            stopped.wait(30)
+            raise GraderError("stopped")
+
+        def stop(self):
+            stopped.set()
+
+    monkeypatch.setattr(cohort_module, "Workers", Interrupted)
+    entries = [Entry(name, written(folder / f"{name}.py", RIGHT)) for name in "abc"]
+    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    with pytest.raises(KeyboardInterrupt, match="0 are graded; the same command goes on"):
+        run_cohort(cohort, entries, 2)
+
+
+@pytest.mark.deep
+def test_interrupted_at_random_moments_it_says_so_within_seconds(labs, folder, tmp_path):
+    draw = random.Random(3)
+    for name in "abcd":
+        written(folder / f"{name}.py", SHIFTED)
+    for k in range(10):
+        run = subprocess.Popen(
+            [
+                sys.executable,
+                "-m",
+                "fivebar",
+                *command(labs, folder, tmp_path / str(k), "--jobs", "2"),
+            ],
+            cwd=ROOT,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert run.stderr.readline().startswith("isolation")
+        time.sleep(draw.uniform(0, 1.5))
+        run.send_signal(signal.SIGINT)
+        before = time.monotonic()
+        err = run.communicate(timeout=60)[1]
+        assert time.monotonic() - before < 10, err
+        last = err.strip().splitlines()[-1]
+        assert run.returncode == 130
+        assert re.fullmatch(
+            r"fivebar: interrupted(: \d are graded; the same command goes on from there)?", last
+        )
 
 
 @pytest.mark.deep

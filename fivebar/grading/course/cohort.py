@@ -9,7 +9,7 @@ import os
 import re
 import sys
 import textwrap
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from ...base.errors import UsageError
 from ...base.progress import progress
 from ...base.representation import printable
 from ...base.tables import STRANGE
+from ...base.workers import first_done
 from ..grade import OTHER_LAB, OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
 from ..labs import Lab
@@ -154,11 +155,13 @@ def _grade_all(cohort, entries, jobs, reports, shown):
     comes.
     """
     pool, workers = ThreadPoolExecutor(jobs), Workers()
-    futures = {pool.submit(_one, cohort, entry, workers): entry for entry in entries}
     try:
-        for future in as_completed(futures):
-            reports[futures[future]] = future.result()
-            shown.add(futures[future], future.result())
+        futures = {pool.submit(_one, cohort, entry, workers): entry for entry in entries}
+        while futures:
+            for future in first_done(futures):
+                entry = futures.pop(future)
+                reports[entry] = future.result()
+                shown.add(entry, reports[entry])
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: {len(reports)} are graded; the same command goes on from there"
