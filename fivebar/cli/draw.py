@@ -31,6 +31,8 @@ from .robot_options import add_robot_options, chosen_machine
 
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
+LEAP = 10.0  # times its median: an error that a place has, and not the whole motion
+TWICE = 2.0  # times the largest torque that the motion needs: its tracker is not in control
 STEP = 1e-3  # s, of the simulation
 SAMPLES = 2001  # of the motion, for backlash
 DRAWING = {
@@ -211,10 +213,37 @@ def _simulated(arguments, machine, motion, drives, resolution):
             " a shorter --period",
             file=sys.stderr,
         )
+    _say_leaps(machine, motion, run, off * down, size)
     file = arguments.out / "run.csv"
     with locked_folder(arguments.out):
         run.to_csv(file)
     return Drawn(run.drawn, off, down, figures), [file]
+
+
+def _say_leaps(machine, motion, run, off, size):
+    """Say where the simulated error or torque (force) is far above that of the whole motion."""
+    from ..visualization.style import length
+
+    words = machine.robot.words
+    usual = float(np.median(off[off > 0])) if off.any() else 0.0
+    needed = float(np.abs(motion.tau(run.t)).max())
+    efforts = np.abs(run.tau).max(axis=1)
+    error, effort = float(off.max()), float(efforts.max())
+    leaps = []
+    if error > max(LEAP * usual, LARGE_ERROR / LEAP * size):
+        ratio = f"{error / usual:.3g} times its median"
+        leaps.append((f"error leaps to {length(error)}", off, ratio))
+    if effort > TWICE * needed:
+        ratio = f"{effort / needed:.3g} times what the motion needs"
+        leaps.append((f"{words.effort} leaps to {effort:.3g} {words.effort_unit}", efforts, ratio))
+    for what, values, ratio in leaps:
+        x, y = 1e3 * machine.frame(run.drawn_ref[values.argmax()])
+        print(
+            f"fivebar: the simulated {what} at ({x:.4g}, {y:.4g}) mm, {ratio}: the robot is near a"
+            " singularity there or its tracker too slow: give a larger --margin, another place, a"
+            " --duration or a shorter --period",
+            file=sys.stderr,
+        )
 
 
 def _read(arguments):

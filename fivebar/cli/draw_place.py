@@ -12,6 +12,7 @@ from ..base.errors import UnreachableError, UsageError
 from .options import WORKING, print_notes, usage_errors
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
+MARGIN = 0.005  # m, from singularities
 SAMPLES = 501  # of a motion, whose assembly modes are looked at
 PLACE = {
     "--at X Y": "where the drawing's middle goes, m",
@@ -21,7 +22,7 @@ PLACE = {
     "--fit": "as large as it fits, in the workspace or on the page",
     "--page M M": "width and height of a sheet, all of it in the workspace; 0, 0 of the drawing is"
     " its lower left corner",
-    "--margin M": (0.005, "from singularities"),
+    "--margin M": "from singularities (default: 0.005, with --fit a tenth of the shortest bar)",
     WORKING: "working modes, as -1 -1",
 }
 CHOOSE = {  # option: what it does, and the options that would do it otherwise
@@ -67,7 +68,11 @@ def placed(arguments, machine, path):
     else:
         whole = path
         scale = None if arguments.fit else scale
-    kept = replace(machine.on_poses, clearance=arguments.margin)
+    margin = arguments.margin
+    if margin is None:
+        bars = *robot.distal, *(drive.length for drive in robot.drives)
+        margin = min(bars) / 10 if arguments.fit else MARGIN
+    kept = replace(machine.on_poses, clearance=margin)
     chosen = arguments.working, kept, machine.tool, machine.measured
     fit = fitted_in(robot, whole, turn, scale, *chosen)
     working = fit.aspect.working

@@ -21,6 +21,7 @@ from .prediction import CHART, JOINTS, RATES, SIZE, sample
 LOST = 0.1
 EXACT = (1e-6, 1e-4)  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
 MEASURED = JOINTS + RATES
+CLOSED = 1e-8  # of a bar: deviation of the loop's gap, and a second of its rate
 
 
 class Estimator:
@@ -128,13 +129,20 @@ def _filter(robot, period, noise, torques):
     P_now = F @ P @ F.T + torque_noise**2 * driven @ driven.T + still
     innovation = seen - predicted[MEASURED]
     innovation = ca.vertcat(robot.joint_difference(innovation[:2]), innovation[2:])
-    correction = ca.SX(SIZE + 2, 1)
     variances = [q_noise**2] * 2 + [rate_noise**2] * 2
-    for k, error, variance in zip(MEASURED, ca.vertsplit(innovation), variances):
+    # The loop is closed, which the slopes A do not know: without this, the distal bars' variances
+    # grow for ever.
+    slope = ca.vertcat(ca.SX.eye(SIZE)[MEASURED, :], _closure(robot)(predicted))
+    slope = ca.horzcat(slope, ca.SX(8, 2))
+    innovation = ca.vertcat(innovation, ca.SX(4, 1))
+    variances += [(CLOSED * min(robot.distal)) ** 2] * 4
+    correction = ca.SX(SIZE + 2, 1)
+    for k, variance in enumerate(variances):
         # One scalar at a time: no matrix to invert.
-        gain = P_now[:, k] / (P_now[k, k] + variance)
-        correction += gain * (error - correction[k])
-        P_now -= gain @ P_now[k, :]
+        spread = P_now @ slope[k, :].T
+        gain = spread / (slope[k, :] @ spread + variance)
+        correction += gain * (innovation[k] - slope[k, :] @ correction)
+        P_now -= gain @ spread.T
     c, c_dot, rates = closed(robot, *halves(predicted + correction[:SIZE], CHART))
     state = ca.vertcat(*c, *c_dot)
     misfit = ca.norm_inf(robot.joint_difference((seen - state[MEASURED])[:2]))

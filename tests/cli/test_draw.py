@@ -1,12 +1,14 @@
 """`fivebar draw`, `fivebar plan`, and what `fivebar track` and `map` say of a file."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.cli.draw import _say_leaps
 from fivebar.paths.certificates.checker import check
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="30mm" viewBox="0 0 40 30">{}</svg>'
@@ -59,6 +61,23 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     assert moved[pen[1:] == 1].sum() == pytest.approx(figures["drawn_m"], rel=2e-3)
     run = fb.Run.from_csv(out / "run.csv")
     assert np.linalg.norm(run.xi[0] - xi[0]) < 1e-12
+
+
+def test_a_leap_of_the_simulated_error_or_torque_is_said_with_its_place(capsys):
+    t = np.linspace(0.0, 1.0, 101)
+    motion = SimpleNamespace(tau=lambda t: np.full((len(t), 2), 0.04))
+    xi = np.stack([0.1 * t, 0.1 + 0 * t], axis=1)
+    tau, off = np.full((101, 2), -0.05), np.full(101, 1e-6)
+    run = SimpleNamespace(t=t, drawn_ref=xi, tau=tau)
+    machine = fb.Machine(fb.FiveBar())
+    off[30] = 1.4e-5  # fourteen times the median, but none that is seen
+    _say_leaps(machine, motion, run, off, 0.1)
+    assert not capsys.readouterr().err
+    off[60], tau[80, 1] = 7.5e-4, 1.15
+    _say_leaps(machine, motion, run, off, 0.1)
+    error, torque = capsys.readouterr().err.splitlines()
+    assert "error leaps to 750.00 µm at (60, 100) mm" in error and "--margin" in error
+    assert "torque leaps to 1.15 N m at (80, 100) mm, 28.7 times" in torque
 
 
 @pytest.mark.deep

@@ -248,6 +248,29 @@ def test_uncertainty_at_first_is_the_measurement_s_on_the_closed_loop():
     assert np.linalg.matrix_rank(known.covariance[:8, :8], tol=1e-20) == 4
 
 
+def test_uncertainty_stays_on_the_closed_loop():
+    """After 1,000 samples the filter is as sure as after one that both legs end in one point."""
+    reference, period = fb.circle((0.0, 0.1), 0.03, 1.0), 0.005
+    known, tau = Tracker(ROBOT, period=period).estimator, np.zeros(2)
+    for k in range(1001):
+        xi, xi_dot, xi_ddot = reference(k * period)
+        rates = fb.ikm(fb.igm(ROBOT, xi), xi_dot)
+        if k == 0:
+            known.locate(rates.pose.q, rates.q_dot)
+        else:
+            assert known.follow((k - 1) * period, tau, rates.pose.q, rates.q_dot)
+        tau = fb.inverse_dynamics(fb.ikm2(rates, xi_ddot))
+
+    def gap(q1, phi1, q2, phi2):
+        left = -0.059 + 0.09 * np.exp(1j * q1) + 0.09 * np.exp(1j * phi1)
+        return left - 0.059 - 0.09 * np.exp(1j * q2) - 0.09 * np.exp(1j * phi2)
+
+    steps = 1e-6 * np.eye(4)
+    slope = np.array([gap(*known.state[:4] + e) - gap(*known.state[:4] - e) for e in steps]) / 2e-6
+    variance = (slope @ known.covariance[:4, :4] @ slope.conj()).real
+    assert abs(variance) < (1e-8) ** 2
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -22,7 +22,7 @@ ROWS = "t_s,x_m,y_m\n" + "".join(
 PICTURES = {
     "tracking": ("demo --out made", "made/tracking.png", WIDEST),
     "drawing": (
-        "draw --example --torque-limit 0.02 --period 0.002 --out made",
+        "draw --example --fit --rate 500 --angles deg --out made",
         "made/drawing.png",
         1240,
     ),
