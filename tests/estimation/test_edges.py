@@ -13,7 +13,7 @@ from fivebar.estimation.calibration.fit import LeastSquares
 from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE, sizes, values_of
 from fivebar.estimation.calibration.poses import candidates
 from fivebar.estimation.calibration.rows import rows_of
-from fivebar.estimation.calibration.starts import begin, radians_per_count
+from fivebar.estimation.calibration.starts import radians_per_count
 from fivebar.estimation.identification import suspicions
 from fivebar.estimation.identification.dependent_columns import independent
 from fivebar.estimation.identification.filtering import spikes
@@ -42,14 +42,11 @@ def test_mistakes_are_looked_for_in_four_points(n):
             fb.calibrate(LAB, data, ("l11",))
 
 
-def test_three_points_tell_a_frame_and_two_do_not():
-    """A start is sought by three whole points."""
-    found = fb.calibrate(LAB, exact(3, ("l11",), x0=0.5, y0=-0.4), ("x0", "y0"))
-    assert found.values == pytest.approx({"x0": 0.5, "y0": -0.4}, abs=1e-3)
-    rows = rows_of(exact(2, ("l11",), x0=0.5))
-    free = np.array([9, 10])
-    task = LeastSquares(rows, free, values_of(LAB), np.ones(2), np.ones(4))
-    assert np.array_equal(begin(task), task.start)
+def test_two_points_tell_a_frame_and_one_does_not():
+    at = dict(x0=0.5, y0=-0.4)
+    assert fb.calibrate(LAB, exact(2, (), **at), ("x0", "y0")).values == pytest.approx(at)
+    with pytest.raises(ValueError, match="2 solutions fit"):
+        fb.calibrate(LAB, exact(1, (), **at), ("x0", "y0"))
 
 
 def test_what_is_not_measured_at_all_stays_where_it_was():

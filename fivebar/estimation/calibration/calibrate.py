@@ -27,6 +27,7 @@ from ...base.tables import FilePath
 from ...models.robots import FiveBar
 from .backlash import told
 from .fit import (
+    CLEAR,
     LOSSES,
     LeastSquares,
     assembly_modes,
@@ -36,12 +37,13 @@ from .fit import (
     solve_by_loops,
     weighted_by_loops,
 )
-from .measured_robot import PLACE, UNKNOWNS, length_ok, sizes, values_of
+from .measured_robot import PLACE, UNKNOWNS, length_ok, place, sizes, values_of
 from .mistakes import find_mistakes
 from .result import Calibration
 from .rows import rows_of
 from .starts import begin
 
+TURNED = "offset1", "offset2", "turn"
 DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
 
@@ -142,13 +144,14 @@ def calibrate(
         bounds=_bounds(bounds, unknown),
         loss=loss,
         prior=_prior(priors, unknown, size, absolute),
+        sigma=float(np.median(1 / weight)) if absolute else 0.0,
+        turned=tuple(name for name in TURNED if name in unknown and name not in start),
     )
     wrong: list[str] = []
     if mistakes == "keep":
         p = begin(task)
     else:
-        typical = float(np.median(1 / weight)) if absolute else 0.0
-        wrong, task, p = find_mistakes(task, typical)
+        wrong, task, p = find_mistakes(task)
     if wrong and mistakes == "raise":
         what = "a mistake" if len(wrong) == 1 else f"{len(wrong)} mistakes"
         where = "data" if isinstance(data, Mapping) else data
@@ -172,7 +175,15 @@ def calibrate(
         task = _with_possible_lengths(task)
         fitted, p, held = _fit(task, first, assembly, None if absolute else scatter)
     task = fitted
-    turns = [k for k in free if UNKNOWNS[k] in ("offset1", "offset2", "turn")]
+    at = place(p, task.rows.q, assembly)
+    sines = np.nan_to_num(np.column_stack([at.sines, at.det]))
+    other = (task.rows.modes * sines > CLEAR).any(axis=1)
+    if other.any() and mistakes != "keep":
+        raise ValueError(
+            f"{_names_of(task.rows, other)}: the fitted robot is in other modes there than noted:"
+            " give values to begin with (start), or put the modes right"
+        )
+    turns = [k for k in free if UNKNOWNS[k] in TURNED]
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
     notes = [*task.rows.notes, *(f"put right: {words}" for words in wrong)]
     if names := _names_of(task.rows, uncertain):

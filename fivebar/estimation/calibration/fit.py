@@ -48,6 +48,10 @@ class LeastSquares:
         One of LOSSES.
     prior : array, optional
         Sizes of the unknowns over the standard deviations of their starts, 0 without one.
+    sigma : float
+        Typical standard deviation of a measured number, m, 0 where it is not known.
+    turned : tuple of str
+        Unknown angles that may be anywhere in a turn, as no start of theirs is known.
     """
 
     rows: MeasuredRows
@@ -58,6 +62,8 @@ class LeastSquares:
     bounds: Mapping | None = None
     loss: str = "linear"
     prior: ndarray | None = None
+    sigma: float = 0.0
+    turned: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -266,10 +266,11 @@ def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]
     robot that shrinks as its picture grows from missing by less.
     """
     length, u, cranks, z = _bars_to(p, q, points)
-    turn, scale = p[11:]
-    off = length - p[DISTAL_BARS]
+    turn = p[11:12].T
+    scale = p[12:].T
+    off = length - p[DISTAL_BARS].T
     sine = cross(cranks, u)
-    by_angle = -p[CRANKS] * sine
+    by_angle = -p[CRANKS].T * sine
     rotation_back = np.exp(-1j * turn)
     shift = rotation_back / scale
     leg = np.arange(2)
@@ -285,7 +286,7 @@ def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]
     derived[:, :, 10] = -dot(u, 1j * shift)
     derived[:, :, 11] = -dot(u, 1j * z)
     derived[:, :, 12] = -dot(u, z) / scale
-    derived *= scale
+    derived *= scale[..., None]
     derived[:, :, 12] += off
     return scale * off, derived
 

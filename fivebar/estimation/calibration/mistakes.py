@@ -58,15 +58,12 @@ POINTS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
 }
 
 
-def find_mistakes(task: LeastSquares, sigma: float) -> tuple[list[str], LeastSquares, ndarray]:
-    """Return the mistakes found, the task with them put right, and values (13,) to begin with.
-
-    `sigma` is a typical standard deviation, m, 0 where it is not known.
-    """
+def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]:
+    """Return the mistakes found, the task with them put right, and values (13,) to begin with."""
     if task.rows.whole.sum() < 4:
         return [], task, begin(task)
     found: list[str] = []
-    limit = max(SUSPECT * task.bar, 5 * sigma)
+    limit = max(SUSPECT * task.bar, 5 * task.sigma)
     p = begin(task, far=False)
     if doubt(task, p) >= limit:
         changes = POINTS | READINGS | _counts(task)
@@ -78,7 +75,7 @@ def find_mistakes(task: LeastSquares, sigma: float) -> tuple[list[str], LeastSqu
             pairs |= {(words, other): [change, POINTS[other]] for other in POINTS}
         found, task = _wrong_columns(task, p, pairs)
         p = begin(task)
-    rows_found, task = _wrong_modes(task, p, sigma)
+    rows_found, task = _wrong_modes(task, p)
     return found + rows_found, task, p
 
 
@@ -138,21 +135,21 @@ def _counts(task):
     return changes
 
 
-def _wrong_modes(task, p, sigma):
+def _wrong_modes(task, p):
     """Return the rows whose modes are others than they note, and the task with the right ones."""
     rows = task.rows
-    if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * sigma):
+    if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * task.sigma):
         return ([], task)  # of what fits nothing no modes are known
     sines = np.nan_to_num(sines_at(p, rows.q, rows.points))
     off = np.full(len(rows), np.inf)
     legs_off, _ = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])
     off[rows.whole] = np.hypot(*legs_off.T)
     off /= p[PLACE["scale"]]
-    fits = off < max(20 * sigma, 0.02 * task.bar)
+    fits = off < max(20 * task.sigma, 0.02 * task.bar)
     least = np.maximum(0.05, 5 * off / task.bar)
     sure = fits[:, None] & (np.abs(sines) > least[:, None])
     real = -np.sign(sines).astype(np.int8)
-    noted = np.column_stack([rows.working, rows.assembly])
+    noted = rows.modes
     wrong = sure & (noted != 0) & (noted != real)
     found = [
         f"{rows.where[k]}: noted {_in_words(noted[k], noted[k])}, but its angles and its point are"

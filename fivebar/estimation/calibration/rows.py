@@ -75,6 +75,11 @@ class MeasuredRows:
         return np.isfinite(self.points).all(axis=1)
 
     @cached_property
+    def modes(self) -> ndarray:
+        """(n, 3) both working modes and the assembly mode as noted."""
+        return np.column_stack([self.working, self.assembly])
+
+    @cached_property
     def measured(self) -> tuple:
         """(row, axis) of the measured coordinates, and the rows of the measured distances."""
         return (*np.nonzero(np.isfinite(self.points)), np.flatnonzero(self.to >= 0))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.optimize import least_squares
 
+from .few_rows import only_solution
 from .fit import LeastSquares, noted_assembly
 from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, unframe
 
@@ -26,6 +27,8 @@ def begin(task: LeastSquares, far: bool = True) -> ndarray:
     Where the start leads nowhere, usual encoders are tried for free ratios, a whole turn of a free
     frame, and with `far` one of the free offsets.
     """
+    if (few := only_solution(task)) is not None:
+        return few
     if task.rows.whole.sum() < 3:
         return task.start.copy()
     best = settled(task, first(task))

@@ -1,0 +1,108 @@
+"""Calibrations of one to five rows, as on a jig: right, or refused with all solutions named."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.estimation.calibration.few_rows import FEW
+from tests.helpers.twins import LENGTHS, MODES, poses, seen
+
+JIG = fb.FiveBar(0.2, 0.23, 0.2, 0.23, 0.08)
+OFFSETS = "offset1", "offset2"
+TRUE = np.radians([140.9, 39.1])
+
+
+def on_the_jig(points, modes=(1, -1), noted=True):
+    pose = fb.igm(JIG, points, modes)
+    q = pose.q - TRUE
+    data = {"q1": q[:, 0], "q2": q[:, 1], "x": pose.xi[:, 0], "y": pose.xi[:, 1]}
+    signs = np.full(len(q), 1) * np.reshape(modes, (2, 1))
+    return data | ({"working1": signs[0], "working2": signs[1]} if noted else {})
+
+
+@pytest.mark.parametrize("points", [[(0, 0.25)], [(0, 0.25), (0.05, 0.3)]])
+def test_modes_that_are_noted_hold_from_the_first_row_on(points):
+    data = on_the_jig(points)
+    found = fb.calibrate(JIG, data, OFFSETS, sigma=2e-4)
+    assert list(found.values.values()) == pytest.approx(TRUE, abs=1e-12)
+    assert (found.working == (1, -1)).all() and found.rms < 1e-12
+
+
+def test_all_solutions_of_one_point_are_named():
+    """A leg reaches a point with two angles of its crank, which `igm` gives."""
+    point, q = on_the_jig([(0, 0.25)], noted=False), None
+    with pytest.raises(ValueError, match="4 solutions fit") as refused:
+        fb.calibrate(JIG, point, OFFSETS, sigma=2e-4)
+    for modes in MODES:
+        pose = fb.igm(JIG, (0, 0.25), modes)
+        q = np.degrees(pose.q - (point["q1"][0], point["q2"][0]))
+        own = "({:+d}, {:+d}), {:+d}".format(*modes, int(pose.assembly))
+        assert f"row 1 {own}, offset1 = {q[0]:.4g}°, offset2 = {q[1]:.4g}°" in str(refused.value)
+    start = {"offset1": 2.4, "offset2": 0.6}
+    near = fb.calibrate(JIG, point, OFFSETS, sigma=2e-4, start=start)
+    assert list(near.values.values()) == pytest.approx(TRUE, abs=1e-12)
+
+
+def test_two_points_are_enough_without_modes():
+    data = on_the_jig([(0, 0.25), (0.05, 0.3)], noted=False)
+    found = fb.calibrate(JIG, data, OFFSETS)
+    assert list(found.values.values()) == pytest.approx(TRUE, abs=1e-12)
+
+
+def test_modes_that_no_solution_has_are_refused():
+    data = on_the_jig([(0, 0.25)])
+    with pytest.raises(ValueError, match=r"in the modes noted .* row 1 \(\+1, -1\), -1"):
+        fb.calibrate(JIG, data | {"assembly": [1]}, OFFSETS)
+
+
+def random_set(seed):
+    """Robot, data, unknown, true values and modes of 1 to 5 rows; modes noted or not."""
+    rng = np.random.default_rng(seed)
+    robot = fb.FiveBar(*rng.uniform(0.12, 0.25, 4), rng.uniform(0.05, 0.2))
+    n = int(rng.integers(1, FEW + 1))
+    kinds = [OFFSETS, OFFSETS, ("offset1",), (*OFFSETS, "x0", "y0")]
+    kinds += [(*OFFSETS, "x0", "y0", "turn")] * (n > 2) + [(*LENGTHS, *OFFSETS)] * (n > 3)
+    unknown = kinds[rng.integers(len(kinds))]
+    true = {name: getattr(robot, name) for name in LENGTHS} | dict(ratio1=1.0, ratio2=1.0)
+    true |= dict(scale=1.0) | dict.fromkeys((*OFFSETS, "x0", "y0", "turn"), 0.0)
+    widths = dict.fromkeys(LENGTHS, 5e-4) | dict(x0=0.3, y0=0.3)
+    for name in unknown:
+        true[name] += widths.get(name, np.pi) * rng.uniform(-1, 1)
+    modes = MODES if rng.random() < 0.5 else (MODES[rng.integers(4)],)
+    q, points, assembly, working = seen(true, poses(true, n, rng, modes, 0.2))
+    points = points + rng.choice([0.0, 2e-4]) * rng.standard_normal(points.shape)
+    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1])
+    noted = {"assembly": assembly, "working1": working[:, 0], "working2": working[:, 1]}
+    noted = {name: column for name, column in noted.items() if rng.random() < 0.6}
+    if {"working1", "working2"} - set(noted):
+        noted.pop("working1", None), noted.pop("working2", None)
+    sigma = 2e-4 if rng.random() < 0.6 else None
+    return robot, data | noted, unknown, sigma, true, working, assembly
+
+
+def outcome(seed):
+    robot, data, unknown, sigma, true, working, assembly = random_set(seed)
+    try:
+        found = fb.calibrate(robot, data, unknown, sigma=sigma)
+    except ValueError as error:
+        assert "solutions fit" in str(error) or "do not tell" in str(error), error
+        return "refused"
+    assert (found.working == working).all() and (found.assembly == assembly).all(), seed
+    for name, (low, high) in found.intervals(1 - 1e-9).items():
+        off = found.values[name] - true[name]
+        if name in (*OFFSETS, "turn"):
+            off = (off + np.pi) % (2 * np.pi) - np.pi
+        assert abs(off) < (high - low) / 2 + 1e-8, (seed, name)
+    return "right"
+
+
+def test_random_sets_are_right_or_refused():
+    outcomes = [outcome(seed) for seed in range(12)]
+    assert outcomes.count("right") >= 8
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("part", range(8))
+def test_of_1000_random_sets_none_is_silently_wrong(part):
+    outcomes = [outcome(seed) for seed in range(125 * part, 125 * part + 125)]
+    assert outcomes.count("right") >= 80
