@@ -1,4 +1,4 @@
-"""The package as its users get it: what is in it, what it needs, under which licences, and its reference pages."""
+"""The package as its users get it: what is in it, what it needs, and under which licences."""
 
 import re
 import shutil
@@ -12,11 +12,9 @@ from importlib.metadata import PackageNotFoundError, distribution
 import pytest
 
 from tests.helpers import ROOT
-from tests.helpers.reference import public
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-README_REFERENCE = re.search(r"-m tests\.helpers\.reference \w+", README)[0].split()
 NEEDED = PROJECT["dependencies"]
 EXTRAS = PROJECT["optional-dependencies"]
 PINS = (
@@ -163,19 +161,3 @@ def test_every_dependency_has_the_licence_that_the_guide_names():
 def test_the_changelog_is_of_this_version():
     text = (ROOT / "fivebar/CHANGELOG.md").read_text("utf-8")
     assert f"## {PROJECT['version']}" in text and "(fivebar/CHANGELOG.md)" in README
-
-
-@pytest.mark.deep
-def test_reference_pages_are_built_from_the_docstrings(tmp_path):
-    """Without a warning, and with every public name."""
-    command = [sys.executable, "-W", "error", *README_REFERENCE[:-1], tmp_path]
-    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
-    assert made.returncode == 0 and not made.stderr, made.stderr
-    page = (tmp_path / "fivebar.html").read_text("utf-8")
-    shown = set(re.findall(r'<section id="(\w+)">', page))
-    assert shown == set(public())
-    for name in shown:
-        about = page.partition(f'<section id="{name}">')[2].partition("</section>")[0]
-        assert name in ("MOTORS", "ROBOTS") or 'class="docstring"' in about, (
-            f"{name} says nothing of itself"
-        )

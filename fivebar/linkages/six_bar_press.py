@@ -34,8 +34,8 @@ GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
 class SixBarPress:
     """Six-bar press: crank, coupler, rocker, and a bar to the slider.
 
-    branch: (rocker, slider), +1 above and -1 below. Coordinates: "S6" of eq. 12, and "S6_down", the
-    slider's height above the line at l12.
+    A branch is (rocker, slider), +1 above and -1 below. Its coordinates are "S6" of eq. 12 and
+    "S6_down", the slider's height above the line at l12.
 
     Parameters
     ----------

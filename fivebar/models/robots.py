@@ -217,15 +217,28 @@ class FiveBar(Named):
     ) -> FiveBar:
         """Return a robot of bars as they are built, in base parameters (`links.grouped`).
 
-        l11, ..., d: m, as of FiveBar.
-        links: {"11": Link, "12": Link, "21": Link, "22": Link}, a number is the mass of a uniform
-            bar, kg; a bar that is not named has no mass.
-        payload: kg, at the end-effector.
-        gravity: (x, y) m/s^2, (0, -9.81) of a vertical robot.
-        rotor: per motor the inertia at the joint, kg m^2, or (inertia of the rotor, gear ratio): it
+        Parameters
+        ----------
+        l11, l12, l21, l22, d : float
+            As of FiveBar, m.
+        links : mapping of "11", "12", "21", "22" to Link or float
+            A number is the mass of a uniform bar, kg; a bar that is not named has no mass.
+        payload : float
+            Mass at the end-effector, kg.
+        gravity : (2,)
+            (x, y), m/s^2: (0, -9.81) of an upright robot.
+        rotor : (2,)
+            Per motor the inertia at the joint, kg m^2, or (inertia of the rotor, gear ratio): it
             counts ratio^2.
-        viscous, coulomb: friction per motor, N m s/rad and N m; elbows: viscous friction per elbow.
-        ValueError names a mass or an inertia that no body can have.
+        viscous, coulomb : (2,)
+            Friction per motor, N m s/rad and N m.
+        elbows : (2,)
+            Viscous friction per elbow, N m s/rad.
+
+        Raises
+        ------
+        ValueError
+            A mass or an inertia that no body can have, by its name.
         """
         lengths = dict(l11=l11, l12=l12, l21=l21, l22=l22)
         found = grouped(

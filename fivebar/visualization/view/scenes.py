@@ -36,7 +36,13 @@ HEIGHT = 480  # px, of the frame in a notebook
 class Scene(WebPage):
     """One or two machines in motion on one clock, from `scene`; in a notebook it shows itself.
 
-    machines: tuple of Machine; title: text over the picture; names: one for each machine, or empty.
+    Attributes
+    ----------
+    machines : tuple of Machine
+    title : str
+        Text over the picture.
+    names : tuple of str
+        One for each machine, or empty.
     """
 
     machines: tuple[Machine, ...]
