@@ -460,6 +460,28 @@ def test_a_page_served_here():
         served.shutdown()
 
 
+def test_what_it_says_of_a_stop_is_what_stopped_it(page):
+    """Wherever a pointer leads: the model of the pose, computed here, has the singularity that is named."""
+    targets = np.random.default_rng(3).uniform(-0.2, 0.2, (60, 2)).tolist()
+    stops = page.evaluate(
+        """targets => targets.map(target => {
+            modes = [-1, -1]; pose = igm([-0.01, 0.089], modes, p); moveTo(target, 0.002);
+            return [said, pose.xi]; })""",
+        [[-0.13, 0.03], *targets],
+    )
+    assert (
+        sum("Type 2" in said for said, _ in stops) > 5 < sum("leg is" in said for said, _ in stops)
+    )
+    for said, xi in stops:
+        pose = fb.igm(ROBOT, xi, (-1, -1))
+        if "Type 2" in said:
+            assert abs(pose.det_A) < 1e-2, (said, xi)
+        elif "leg is" in said:
+            leg = int("right" in said)
+            assert abs(np.sin(pose.q_passive[leg])) < 0.02, (said, xi)
+            assert (np.cos(pose.q_passive[leg]) > 0) == ("stretched" in said)
+
+
 @pytest.mark.deep
 def test_it_moves_until_touched_then_guides(opened, path):  # noqa: F811
     page = opened(path)
@@ -478,7 +500,7 @@ def test_it_moves_until_touched_then_guides(opened, path):  # noqa: F811
 
 def test_who_wants_little_motion_is_guided_too(page):
     assert page.evaluate("idle") is None
-    assert page.locator("#guide").text_content().startswith("1 of 3. Drag the pink point")
+    assert page.locator("#guide").text_content().startswith("1 of 3. Drag the large point")
     page.evaluate("showGuide(GUIDE.length)")
     assert not page.locator("#guide").is_visible()
 

@@ -105,11 +105,16 @@ function drawTaskFront(pen = task.front, alone = true) {
     pen.words("tool", [tip[0] + 10, tip[1] + 4], {ink: "quiet", size: 12});
   }
   pen.circle(end, 9, {fill: "c4", ink: "ink", width: 2.5});
-  if (disc) labelDisc(pen, [[left, e1], [e1, end], [right, e2], [e2, end]]);
+  const bars = [[left, e1], [e1, end], [right, e2], [e2, end]];
+  if (disc) labelDisc(pen, bars);
   if (idle && alone) {
-    const right = end[0] < task.width / 2;  // on the side with more room
-    pen.words("Drag the pink point", [end[0] + (right ? 16 : -16), end[1] - 12],
-      {size: 15, align: right ? "left" : "right"});
+    const [x, y] = end, half = 60;  // px, of the words
+    const far = ([u, v]) => Math.min(u - half, task.width - u - half, ...[-half, 0, half].flatMap(
+      across => bars.map(bar => distanceToBar([u + across, v], bar))));
+    const places = [-1, 1].flatMap(side => [-22, 0, 26].map(down => [x + side * (half + 18), y + down]));
+    places.push([x, y - 26], [x, y + 34]);
+    pen.words("Drag this point", places.reduce((best, place) => far(place) > far(best) ? place : best),
+      {size: 15, align: "center"});
   }
 }
 

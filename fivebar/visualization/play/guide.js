@@ -3,7 +3,7 @@
 let idle = null;  // {start, centre, began}: the end-effector goes round a circle inside the aspect
 let guideStep = -1;  // of the guide: -1 before it begins, GUIDE.length after it
 const GUIDE = [
-  {words: "Drag the pink point onto a dashed pink curve: there the distal bars are parallel (Type 2), and the robot " +
+  {words: "Drag the large point onto a dashed curve of its colour: there the distal bars are parallel (Type 2), and the robot " +
     "stops.",
     done: () => Math.abs(pose.parallel) < 1e-3},
   {words: "Press another working mode, such as + −: the same point, with an elbow on the other side.",

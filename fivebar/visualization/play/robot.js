@@ -91,8 +91,8 @@ function moveTo(target, step) {
 // One small step of the end-effector; whether anything moved.
 function advance(delta, passed) {
   const assembly = pose.assembly, from = pose.xi, to = [from[0] + delta[0], from[1] + delta[1]];
-  const next = igm(to, modes, p), held = hindrance(next, assembly);
-  if (!held) {
+  const next = igm(to, modes, p);
+  if (!hindrance(next, assembly)) {
     if (next.assembly && assembly && next.assembly !== assembly)
       passed.push("Passed Type 2: for a moment no motor held the end-effector; assembly mode now " +
         `${sign(next.assembly)}.`);
@@ -101,7 +101,7 @@ function advance(delta, passed) {
       touching = -1;
     return true;
   }
-  const share = stopAt(from, delta, assembly), rest = delta.map(x => x * (1 - share));
+  const {share, held} = stopAt(from, delta, assembly), rest = delta.map(x => x * (1 - share));
   if (held.kind === "reach" && choices.type1 && touching !== held.leg) {
     touching = held.leg;
     const other = modes.map((mode, k) => k === held.leg ? -mode : mode), flipped = igm(pose.xi, other, p);
@@ -136,16 +136,17 @@ function slide(from, delta, kind, assembly) {
   return false;
 }
 
-// As far along delta as there is nothing in the way; which share of it that is.
+// As far along delta as there is nothing in the way: which share of it that is, and what holds it there, which at the
+// end of delta may be something else.
 function stopAt(from, delta, assembly) {
-  let low = 0, high = 1;
+  const at = share => igm([from[0] + share * delta[0], from[1] + share * delta[1]], modes, p);
+  let low = 0, high = 1, held = hindrance(at(1), assembly);
   for (let k = 0; k < 30; k++) {
-    const middle = (low + high) / 2;
-    const found = igm([from[0] + middle * delta[0], from[1] + middle * delta[1]], modes, p);
-    if (hindrance(found, assembly)) high = middle; else low = middle;
+    const middle = (low + high) / 2, met = hindrance(at(middle), assembly);
+    if (met) [high, held] = [middle, met]; else low = middle;
   }
-  if (low > 0) take(igm([from[0] + low * delta[0], from[1] + low * delta[1]], modes, p));
-  return low;
+  if (low > 0) take(at(low));
+  return {share: low, held};
 }
 
 function take(found) {
