@@ -38,6 +38,8 @@ STRANGE = (
     MemoryError,
 )
 DPI = 200  # of pictures
+# Outlines of letters (Type 3) are refused by journals, and cannot be searched.
+TEXT = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
 _NUMBERS = count()  # of files being written: threads may write one at the same time
 _PART = re.compile(r"\..{1,40}\.\d+-\d+\.part(\.\w+)?", re.DOTALL)
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
@@ -145,7 +147,9 @@ def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
             root, end = os.path.splitext(os.fspath(place))
             place = f"{root}{end or '.png'}"
             kind = {"format": end[1:] or "png"}
-        with written(place, binary=True) as out:
+        from matplotlib import rc_context
+
+        with rc_context(TEXT), written(place, binary=True) as out:
             figure.savefig(out, **({"dpi": DPI} | kind | options))
     return figure
 

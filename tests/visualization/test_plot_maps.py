@@ -177,3 +177,13 @@ def test_no_line_of_the_graph_passes_behind_a_node(robot):
         for node in nodes:
             if not (ends == node).all(axis=1).any():
                 assert np.hypot(*(line - node).T).min() > 0.08  # a node's radius is 0.05
+
+
+def test_text_in_files_is_text(tmp_path):
+    """Not outlines: IEEE's check refuses Type 3, and what is an outline cannot be searched."""
+    path = fb.path([(0.05, 0.09), (0.0, 0.1)])
+    path.plot(tmp_path / "path.pdf")
+    path.plot(tmp_path / "path.svg")
+    streams = (tmp_path / "path.pdf").read_bytes()
+    assert b"/CIDFontType2" in streams and b"/Type3" not in streams
+    assert "x (mm)</text>" in (tmp_path / "path.svg").read_text("utf-8")

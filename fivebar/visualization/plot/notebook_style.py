@@ -5,6 +5,7 @@ from __future__ import annotations
 import matplotlib
 from cycler import cycler
 
+from ...base.tables import TEXT
 from ..style import AMBER, BLACK, BLUE, GREEN, ORANGE, PINK, SKY
 from .panels import STYLES
 
@@ -31,7 +32,7 @@ def use_style() -> None:
     ...     matplotlib.rcParams["axes.prop_cycle"].by_key()["color"][:2]
     ['#0072B2', '#D55E00']
     """
-    matplotlib.rcParams |= {
+    matplotlib.rcParams |= TEXT | {
         "axes.prop_cycle": cycler(color=CYCLE),
         "axes.axisbelow": True,
         "axes.grid": True,
