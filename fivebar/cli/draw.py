@@ -254,7 +254,12 @@ def _read(arguments):
         raise UsageError("draw needs a file, or --example")
     arguments.drawing = arguments.drawing or str(EXAMPLE)
     with usage_errors(ValueError, OSError):
-        return path(arguments.drawing, deviation=arguments.deviation, units=arguments.units)
+        return path(
+            arguments.drawing,
+            deviation=arguments.deviation,
+            units=arguments.units,
+            pen_values=None if arguments.format == "gcode" else arguments.pen_values,
+        )
 
 
 def _met(machine, path, check):

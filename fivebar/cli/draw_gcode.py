@@ -26,7 +26,8 @@ GCODE = {
     "--feed inverse|units": "G93 or F in units a minute (default: as the firmware can)",
     "--max-feed NUMBER": "of an axis, units a minute: faster motions are refused",
     "--pen M3|servo|Z": "M3 and M5, M280, or heights (default: as the firmware can)",
-    "--pen-values DOWN UP": "S of M3, angles of the servo, or heights, mm",
+    "--pen-values DOWN UP": "S of M3, angles of the servo, or heights, mm; without --format gcode"
+    " those of a G-code file that is read",
     "--approach-deg DEG": "both joints come from so far below to where the pen goes down",
     "--line-deviation M": (2e-5, "of the tool between lines"),
     "--speed-error SHARE": (0.01, "of the tool between lines"),
@@ -56,7 +57,7 @@ def dialect_of(arguments):
     """Return the Gcode of these arguments, None where none is asked for."""
     from ..exporters.gcode import Gcode
 
-    used = used_options(arguments, *ONLY_GCODE, "pen_values")
+    used = used_options(arguments, *ONLY_GCODE)
     if arguments.format != "gcode":
         if used:
             option = next(iter(used)).replace("_", "-")
@@ -68,8 +69,8 @@ def dialect_of(arguments):
     for unit in ("steps", "mm"):
         if f"{unit}_per_turn" in used:
             values |= {"unit": unit, "per_turn": used[f"{unit}_per_turn"]}
-    if "pen_values" in used:
-        values |= dict(zip(("down", "up"), used["pen_values"]))
+    if arguments.pen_values:
+        values["down"], values["up"] = arguments.pen_values
     if "approach_deg" in used:
         values["approach"] = float(np.deg2rad(used["approach_deg"]))
     with usage_errors(ValueError):

@@ -462,3 +462,15 @@ def test_a_line_that_is_not_read_is_named(text, message):
     with pytest.raises(ValueError) as caught:
         read_joint_gcode(text)
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize("firmware", gcode.FIRMWARES)
+def test_what_each_firmware_is_written_is_read(firmware, above):
+    """Of each pen, with heights and angles that are not the usual ones."""
+    for pen in gcode.FIRMWARES[firmware].pens:
+        for down, up in ((15, 19), (19.5, 15)):
+            dialect = fb.Gcode(firmware, pen=pen, down=down, up=up, **LOOSE)
+            program = read_joint_gcode(fb.export(above, "gcode", dialect=dialect), dialect)
+            replay = replayed(program, above, dialect=dialect)
+            assert replay.pen_errors == 0 and replay.deviation < LOOSE["deviation"]
+            assert 0 < program.down.sum() < len(program.down)

@@ -119,7 +119,10 @@ def test_rounded_centres_are_mended():
         ("G21\nG1 X1\nG92 X0", "line 3: G92 after the first move"),
         ("", "nothing is drawn"),
         ("G21\nG0 X1 Y1", "nothing is drawn"),
-        ("G21\nG0 X1 Y1 Z5\nG1 X9 Z5", "nothing is drawn: no move is at Z 0 or below"),
+        (
+            "G21\nG0 X1 Y1 Z5\nG1 X9 Z5",
+            "the pen moves at the heights Z 5: which is down\\? Say pen_values",
+        ),
         ("G21\nG0 X1 Y1\nG1 X1 Y1", "nothing is drawn: .*a move of no length: passed over"),
     ],
 )
@@ -152,6 +155,80 @@ def test_two_strokes_of_lasers_mills_and_plotters(kind):
     np.testing.assert_allclose(
         on, 1e-3 * np.array([[(10, 0), (20, 0)], [(20, 10), (10, 10)]]), atol=1e-15
     )
+
+
+TWO_STROKES = [((0.01, 0.0), (0.02, 0.0)), ((0.02, 0.01), (0.01, 0.01))]
+PLOTTERS = {
+    "servo by the unicorn": (
+        "(Scribbled version of a.svg)\nG21 (metric ftw)\nG90\nG92 X0.00 Y0.00 Z0.00 (you are here)\n"
+        "M300 S30 (pen down)\nG4 P150 (wait 150ms)\nM300 S50 (pen up)\nM18\nM01 (registration?)\nM17\n"
+        "G1 X10.0 Y0.0 F3500.00\nM300 S30.00 (pen down)\nG1 X20.0 Y0.0 F3500.00\nM300 S50.00 (pen up)\n"
+        "G1 X20 Y10 F3500\nM300 S30.00 (pen down)\nG1 X10 Y10\nM300 S50.00 (pen up)\n"
+        "M300 S255 (turn off servo)\nG1 X0 Y0 F3500.00\nG1 Z0.00 F150.00\nM18 (drives off)\n"
+    ),
+    "servo of Marlin": (
+        "G21\nG28 X Y\nM280 P0 S60\nG0 X10 Y0\nM280 P0 S30\nG4 S0.2\nG1 X20 F1000\nM280 P0 S60\n"
+        "G0 X20 Y10\nM280 P0 S30\nG1 X10\nM280 P0 S60\nG28 X\nM84 X Y\n"
+    ),
+    "fan": (
+        "G21\nG28\nM107\nG1 X10 Y0 F900\nM106 S255\nG1 X20\nM106 S0\nG1 Y10\nM106\nG1 X10\nM107\nG1 X0\n"
+    ),
+    "heights": (
+        "%\r\nG21\r\nG53 G0 Z0 X0 Y0\r\nG0 Z19\r\nG0 X10 Y0\r\nG1 Z15 F300\r\nG1 X20\r\nG0 Z19\r\nG0 X20 Y10\r\n"
+        "G1 Z15\r\nG1 X10\r\nG0 Z30\r\nM400\r\nM84 S60\r\n"
+    ),
+    "heights, the larger one down": (
+        "G21\nG92 X0 Y0\nG1G90 Z0.5F20000\nG0 X10\nG1 Z5\nG1 X20\nG1 Z0.5\nG0 Y10\nG1 Z5\nG1 X10\nG1 Z0.5\n"
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", PLOTTERS)
+def test_two_strokes_of_plotters(kind):
+    path = read(PLOTTERS[kind])
+    drawn = [(p.start, p.end) for p, pen in zip(path.pieces, path.pen) if pen]
+    np.testing.assert_allclose(drawn, TWO_STROKES, atol=1e-15)
+    if kind != "fan":
+        assert "the pen is taken to be down at the" in " ".join(path.notes)
+
+
+@pytest.mark.parametrize("down, up", [(15, 19), (19, 15), (14.8, 21)])
+def test_values_of_the_pen_are_told_where_a_file_does_not_show_them(down, up):
+    text = (
+        "G21\nG1 Z{1}\nG1 X10 Y0 F900\nG1 Z{0}\nG1 X20\nG1 Z{1}\nG1 Y10\nG1 Z{0}\nG1 X10\nG1 Z{1}\n"
+    )
+    for word in ("Z", "M280 P0 S"):
+        program = text.replace("G1 Z", "G1 Z" if word == "Z" else word).format(down, up)
+        with pytest.raises(ValueError, match="which is down. Say pen_values=.down, up."):
+            read(program)
+        path = read(program, pen_values=(down, up))
+        drawn = [(p.start, p.end) for p, pen in zip(path.pieces, path.pen) if pen]
+        np.testing.assert_allclose(drawn, TWO_STROKES, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("G21\nG28 X\nG1 X Y5", "line 3: 'X' is no word of G-code"),
+        ("G21\nM84 Q", "line 2: 'Q' is no word of G-code"),
+        ("G21\nG0 X1\nM402 S3.5", "line 3: M402 is not known"),
+        ("(fivebar: joint angles of a five-bar robot)\nG21\nG93", "joint-space G-code that fivebar wrote"),
+    ],
+)  # fmt: skip
+def test_words_that_are_refused(text, message):
+    with pytest.raises(ValueError, match=message):
+        read(text)
+
+
+def test_a_program_of_a_dextar_and_pens_of_other_files_are_named(tmp_path):
+    file = tmp_path / "square.mp"
+    file.write_text("MoveJ 10 20\n", encoding="utf-8")
+    with pytest.raises(
+        ValueError, match="square.mp: a program of a DexTAR robot, which is not read"
+    ):
+        fb.path(file)
+    with pytest.raises(ValueError, match="pen_values are of G-code"):
+        fb.path(io.StringIO("x,y\n0,0\n1,1\n"), kind="csv", pen_values=(0, 1))
 
 
 def test_units_that_contradict():

@@ -9,7 +9,7 @@ from pathlib import Path as FilePath
 from pathlib import PurePath
 from typing import Any
 
-from ...base.checks import flag, instance, not_negative, one_of, optional, shown, takes
+from ...base.checks import flag, instance, not_negative, one_of, optional, shown, takes, two_numbers
 from ...base.columns import units_named
 from ...base.tables import named, whole_text
 from ..curve import Path
@@ -32,6 +32,7 @@ LARGEST = 50_000_000  # bytes of a drawing's file
     curvature=flag,
     placement=optional(instance(Placement)),
     kind=one_of(None, "csv", "svg", "gcode"),
+    pen_values=optional(two_numbers),
 )
 def path(
     points_or_file: Any,
@@ -41,6 +42,7 @@ def path(
     placement: Placement | None = None,
     units: str | Mapping[str, str] | Sequence[str] | None = None,
     kind: str | None = None,
+    pen_values: tuple[float, float] | None = None,
 ) -> Path:
     """Return the path through points, or of a drawing in a file.
 
@@ -60,6 +62,9 @@ def path(
         Where the drawing is put first; deviation is that of the placed drawing.
     units : str, optional
         Unit of lengths in a file that names none, "mm" for example; of a CSV as in `columns.read`.
+    pen_values : (2,), optional
+        Height Z, or angle of the servo, where the pen of G-code is down, and where it is up; as the
+        file writes them. By default it is down at Z <= 0, or where no G0 goes.
     kind : {"csv", "svg", "gcode"}, optional
         Kind of the file; by default from its ending, and without one from its first letter.
 
@@ -84,18 +89,27 @@ def path(
     if isinstance(points_or_file, str | os.PathLike) or hasattr(points_or_file, "read"):
         text, name = whole_text(points_or_file, "a drawing", LARGEST)
         with named(name):  # pieces do not know it, as a line that ends at 1e200 m
-            return _read(text, name, units, kind).finished(placement, deviation, curvature)
-    for name, value in (("units", units), ("kind", kind)):
+            return _read(text, name, units, kind, pen_values).finished(
+                placement, deviation, curvature
+            )
+    for name, value in (("units", units), ("kind", kind), ("pen_values", pen_values)):
         if value is not None:
             raise ValueError(f"path: {name} is of a file, and there is none")
     return read_points(points_or_file).finished(placement, deviation, curvature)
 
 
-def _read(text: str, name: str, units, kind) -> Draft:
+def _read(text: str, name: str, units, kind, pen_values) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
+    if ending == "mp" and kind is None:
+        raise ValueError(
+            f"{name}: a program of a DexTAR robot, which is not read: save its points as a CSV file"
+            " of x, y, or give kind= if it is something else"
+        )
     if kind is None:
         kinds = [kind for kind, endings in KINDS.items() if ending in endings]
         kind = kinds[0] if kinds else "svg" if text.lstrip().startswith("<") else "csv"
+    if pen_values and kind != "gcode":
+        raise ValueError(f"path: pen_values are of G-code, and {name} is read as {kind}")
     if kind == "csv":
         again = io.StringIO(text)
         again.name = name
@@ -103,7 +117,7 @@ def _read(text: str, name: str, units, kind) -> Draft:
     if not (units is None or isinstance(units, str)):
         raise ValueError(f'path: units of {name} must be one word, as "mm", not {shown(units)}')
     if kind == "gcode":
-        return read_gcode(text, name, units)
+        return read_gcode(text, name, units, pen_values)
     from .read_svg import read_svg  # here, as it brings in svgelements
 
     return read_svg(text, name, units)

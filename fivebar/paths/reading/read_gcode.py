@@ -1,7 +1,7 @@
 """Read G-code of plotters, lasers and mills: lines, arcs, dwells and the state of the pen.
 
 Read are G0 to G4, G20, G21, G90, G91, G90.1, G91.1, G92 before the first move, F, and for the pen
-M3, M4, M5, S and Z.
+M3, M4, M5, M106, M107 and S, a servo's M280 or M300, and Z.
 """
 
 from __future__ import annotations
@@ -9,38 +9,52 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from typing import Any
 
 from ...base.units import METRES
 from ..pieces import Arc, Line
 from .draft import Draft, Move, listed
 
 WORD = re.compile(r"([A-Z])\s*([-+]?\s*(?:\d+\.?\d*|\.\d+))")
+AXES_ALONE = re.compile(r".*(G0*28|M0*1[78]|M0*84)\b[^GM]*")  # may name axes without numbers
+PEN = re.compile(r"pen.?.?(up|down)", re.IGNORECASE)  # in a comment beside a servo's angle
+BY_FIVEBAR = re.compile(r"[(;] ?fivebar: joint angles")
 COMMENT = re.compile(r"\([^()]*\)|;.*|\*\d+\s*$")
 PASSED = {  # codes that say nothing of a path in the plane
-    "G": {17, 28, 40, 43, 49, 50, 54, 61, 64, 69, 80, 94, 97},
-    "M": {0, 1, 7, 8, 9, 17, 18, 84},
+    "G": {17, 28, 40, 43, 49, 50, 53, 54, 61, 64, 69, 80, 94, 97},
+    "M": {0, 1, 7, 8, 9, 17, 18, 84, 400},
 }
 RIGHT = 1e-3  # of its radius: by which an arc's ends may differ in their distance from the centre
 ROUGH = 5e-6  # m, the same: what files of three decimals in mm or four in inches leave
 WHOLE = 1e-9  # m, between the ends of a whole circle
 
 
-def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
+def read_gcode(
+    text: str, name: str, units: str | None = None, pen_values: tuple[float, float] | None = None
+) -> Draft:
     """Return the moves of a G-code file; units: "mm" or "in" where it has neither G20 nor G21.
 
-    The pen is down in G1, G2 and G3: after M3 or M4 (and S is not 0) where the file has them, and
-    at Z <= 0 where it has Z.
+    The pen is down in G1, G2 and G3: after M3, M4 or M106 (and S is not 0) where the file has them,
+    and at the height Z or the angle of its servo where it has these. pen_values are Z or the angle
+    where the pen is down, and up. By default it is down at Z <= 0, or where the file's G0 never is,
+    or where the comments say.
     """
+    if BY_FIVEBAR.match(text):
+        raise ValueError(
+            f"{name}: this is joint-space G-code that fivebar wrote: its axes are angles of the"
+            " joints, not places. Give the drawing that it was written from"
+        )
     if units not in (None, "mm", "in"):
         raise ValueError(f'{name}: units of G-code must be "mm" or "in", not {units!r}')
-    return _Machine(text, name, units).run()
+    return _Machine(text, name, units, pen_values).run()
 
 
 class _Machine:
     """The state of a machine, line by line."""
 
-    def __init__(self, text: str, name: str, units: str | None) -> None:
+    def __init__(self, text: str, name: str, units: str | None, pen_values: Any) -> None:
         self.draft = Draft(name)
+        self.pen_values = pen_values
         self.lines = text.splitlines()
         self.units = units  # as the caller gives them
         self.unit = None if units is None else METRES[units]
@@ -49,14 +63,20 @@ class _Machine:
         self.motion: int | None = None
         self.position = {"X": 0.0, "Y": 0.0, "Z": math.inf}  # Z: not known yet
         self.known = False  # whether X and Y were given
+        self.from_unknown = False  # whether the first move comes from where the machine was
+        self.angle = math.nan  # of the pen's servo
+        self.levels: list[float] = []  # of the pen in each move, as the file writes them
+        self.travels: set[float] = set()  # those in G0
+        self.said: dict[str, set] = {"up": set(), "down": set()}  # angles, in comments
         self.feed = math.inf
         self.spindle = False
         self.power = math.inf
         self.ended = False
         self.passed: dict[str, list] = {}
         plain = "\n".join(COMMENT.sub("", line) for line in self.lines).upper()
+        self.has_servo = re.search(r"M(280|300)\b", plain) is not None
         self.has_z = re.search(r"Z\s*[-+.\d]", plain) is not None
-        self.has_spindle = re.search(r"M\s*0*[345](?!\d)", plain) is not None
+        self.has_spindle = re.search(r"M\s*(0*[345]|10[67])(?!\d)", plain) is not None
 
     def run(self) -> Draft:
         for number, line in enumerate(self.lines, 1):
@@ -67,9 +87,38 @@ class _Machine:
         draft = self.draft
         for what, lines in sorted(self.passed.items()):
             draft.notes.append(f"{what}: passed over{listed(lines)}")
-        if self.has_z and draft.moves and not any(move.pen for move in draft.moves):
-            draft.notes.append("no move is at Z 0 or below, where the pen is down: shift its zero")
+        if (self.has_servo or self.has_z) and draft.moves:
+            down = self.levels_down()
+            pens = [move.pen and level in down for move, level in zip(draft.moves, self.levels)]
+            draft.moves = [move._replace(pen=pen) for move, pen in zip(draft.moves, pens)]
+        if self.from_unknown and draft.moves[0].pen:
+            draft.notes.append("it begins at X0 Y0: the file names no place before it draws")
+        elif self.from_unknown:
+            draft.moves = draft.moves[1:]
+            draft.dwells = [(max(k - 1, 0), seconds) for k, seconds in draft.dwells]
         return draft
+
+    def levels_down(self) -> set[float]:
+        """Return the heights or servo angles at which the pen is down."""
+        what = "angles of the servo" if self.has_servo else "heights Z"
+        levels = set(self.levels)
+        if self.pen_values:
+            down, up = self.pen_values
+            return {level for level in levels if abs(level - down) < abs(level - up)}
+        if not self.has_servo and min(levels) <= 0:
+            return {level for level in levels if level <= 0}
+        down = levels - self.travels
+        if not (self.travels and down):
+            down = self.said["down"] - self.said["up"]
+        if not down & levels:
+            known = ", ".join(f"{level:g}" for level in sorted(levels))
+            raise ValueError(
+                f"{self.draft.name}: the pen moves at the {what} {known}: which is down? Say"
+                " pen_values=(down, up), as --pen-values DOWN UP"
+            )
+        known = ", ".join(f"{level:g}" for level in sorted(down & levels))
+        self.draft.notes.append(f"the pen is taken to be down at the {what} {known}")
+        return down
 
     def error(self, message: str) -> ValueError:
         return ValueError(f"{self.draft.name}, line {self.line}: {message}")
@@ -85,7 +134,7 @@ class _Machine:
             self.pass_over("block with /")
             return
         rest = WORD.sub(" ", text).strip()
-        if rest:
+        if rest and not (set(rest) <= set("XYZE ") and AXES_ALONE.fullmatch(text)):
             raise self.error(f"{rest[:40]!r} is no word of G-code, a letter with a number")
         codes = []
         values: dict[str, float] = {}
@@ -105,7 +154,8 @@ class _Machine:
             raise self.error(f"G{motions[0]} and G{motions[1]} in one line")
         for letter, value in codes:
             self.set_mode(letter, value, values)
-        self.power = values.get("S", self.power)
+        if motions != [4]:
+            self.power = values.get("S", self.power)
         if "F" in values:
             if not values["F"] > 0:
                 raise self.error(f"F must be > 0, not {values['F']:g}")
@@ -140,19 +190,27 @@ class _Machine:
             for axis in set(values) & set(self.position):
                 self.position[axis] = self.metres(values.pop(axis))
             self.known = True
-        elif letter == "M" and value in (3, 4, 5):
-            self.spindle = value != 5
+        elif letter == "M" and value in (3, 4, 5, 106, 107):
+            self.spindle = value not in (5, 107)
+            if value == 106:  # a fan's output, which is full without S
+                values.setdefault("S", math.inf)
+        elif letter == "M" and value in (280, 300):
+            self.angle = values.pop("S", self.angle)
+            for side in PEN.findall(self.lines[self.line - 1]):
+                self.said[side.lower()].add(self.angle)
         elif letter == "M" and value in (2, 30):
             self.ended = True
         elif value in PASSED[letter]:
             self.pass_over(f"{letter}{value:g}")
-            if letter == "G" and value == 28:  # to the machine's own zero
+            if letter == "M":
+                values.pop("S", None)
+            if letter == "G" and value in (28, 53):  # to the machine's own places
                 for axis in self.position:
                     values.pop(axis, None)
         else:
             raise self.error(
                 f"{letter}{value:g} is not known; known are G0 to G4, G20, G21, G90, G91, G90.1,"
-                " G91.1, G92, M3, M4, M5 (pen), M2 and M30 (end)"
+                " G91.1, G92, M3, M4, M5, M106, M107, M280, M300 (pen), M2 and M30 (end)"
             )
 
     def metres(self, value: float) -> float:
@@ -190,22 +248,22 @@ class _Machine:
         down = self.motion > 0
         if self.has_spindle:
             down &= self.spindle and self.power != 0
-        if self.has_z:
-            down &= self.position["Z"] <= 0
-        if not self.known:
-            self.known = True
-            if not down:  # the way from wherever the machine was
-                return
-            self.draft.notes.append("it begins at X0 Y0: the file names no place before it draws")
+        is_first, self.known = not self.known, True
         if start == end and self.motion < 2:
-            self.pass_over("a move of no length")
+            if not is_first:
+                self.pass_over("a move of no length")
             return
+        self.from_unknown |= is_first
         if self.motion < 2:
             shape: Line | Arc = Line((start.real, start.imag), (end.real, end.imag))
         else:
             shape = self.arc(start, end, values)
         feed = math.inf if self.motion == 0 else self.feed
         self.draft.moves.append(Move(shape, down, feed, self.line))
+        height = self.position["Z"] / self.unit if self.unit else math.inf
+        self.levels.append(self.angle if self.has_servo else height)
+        if self.motion == 0:
+            self.travels.add(self.levels[-1])
 
     def arc(self, start: complex, end: complex, values: dict[str, float]) -> Arc:
         if values.get("P", 1) != 1:
