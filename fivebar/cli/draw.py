@@ -15,6 +15,7 @@ import numpy as np
 from ..base.checks import not_negative, positive
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
+from ..singularities.degenerate import EVERYWHERE
 from .draw_gcode import GCODE, Drawn, dialect_of, machine_of_axes, written_gcode
 from .draw_place import PLACE, may_cross, page_row, placed, says_other_modes
 from .options import (
@@ -264,6 +265,8 @@ def _read(arguments):
 
 def _met(machine, path, check):
     """Return in words where a path meets the first singularity."""
+    if check.everywhere:
+        return EVERYWHERE
     s = check.leaves if check.time is None else check.time
     x, y = 1e3 * machine.frame(path.drawn(s)[0])
     what = "leaves the workspace" if check.leaves == s else f"meets Type {int(check.type)}"

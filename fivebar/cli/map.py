@@ -10,6 +10,7 @@ from pathlib import Path
 from ..base.errors import UsageError
 from ..base.tables import saved
 from ..planning.samples import from_csv
+from ..singularities.degenerate import EVERYWHERE
 from ..singularities.maps import FIELDS, singularity_map
 from .options import (
     JSON,
@@ -186,6 +187,8 @@ def _verdict(check):
     if check.singularity_free:
         time = f"{check.min_margin_time:.6g} s"
         return f"free of singularities, smallest sine {check.min_margin:.3g} at t = {time}"
+    if check.everywhere:
+        return EVERYWHERE
     verb = "touches" if check.touching else "crosses"
     text = f"{verb} Type {int(check.type)} at t = {check.time:.12g} s"
     if check.criterion is not None:

@@ -19,6 +19,7 @@ from ..models.geometry import Pose, igm, task_pose
 from ..models.kinematics import Rates
 from ..models.robots import Biglide, FiveBar
 from ..singularities.criterion import force_at, largest_force
+from ..singularities.degenerate import EVERYWHERE, singular_everywhere
 from ..singularities.locus import divided
 from ..singularities.margins import Singularity
 from .constraints import ON_POSES, Constraints, refuse_others
@@ -60,6 +61,9 @@ class PathCheck:
     min_margin, min_margin_time : float
         Smallest |sin q_i2| (of a biglide |sin phi_i|) or |sin(phi2 - phi1)| on the reachable part,
         and its time, s.
+    everywhere : bool
+        All poses of these working modes are singular, as those of a robot whose legs are equal and
+        in one place.
     broken : tuple of Broken
         Violated constraints: name, time, largest violation and its time.
     """
@@ -76,12 +80,15 @@ class PathCheck:
     min_margin: float
     min_margin_time: float
     broken: tuple[Broken, ...] = ()
+    everywhere: bool = False
 
     def __repr__(self) -> str:
         words = []
         if self.leaves is not None:
             words.append(f"leaves the workspace at {self.leaves:.6g} s")
-        if self.time not in (None, self.leaves):
+        if self.everywhere:
+            words.append(EVERYWHERE)
+        elif self.time not in (None, self.leaves):
             verb = "touches" if self.touching else "meets"
             words.append(f"{verb} Type {int(self.type)} at {self.time:.6g} s")
         if self.criterion_holds is not None:
@@ -206,7 +213,8 @@ def check_path(
     pose = _pose_at(robot, path, modes, first.time)
     criterion = None
     holds = None
-    if kind & Singularity.PARALLEL:
+    everywhere = singular_everywhere(robot, modes)
+    if kind & Singularity.PARALLEL and not everywhere:
         _, velocity, acceleration = path(np.array([first.time]))
         force = force_at(pose, velocity[0], acceleration[0])
         criterion = float(cross(pose.u2[0], force))
@@ -225,6 +233,7 @@ def check_path(
         min_margin=0.0,
         min_margin_time=first.time,
         broken=violated,
+        everywhere=everywhere,
     )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from ..base.backend import EPS
-from ..models.robots import FiveBar
+from ..models.robots import Biglide, FiveBar
 from .leg_circles import size_of
 
 # Of the size, for a sum of lengths. Up to 1e-11 rounding decided which loci cross, and faces were
@@ -19,6 +20,24 @@ NAMES = "l11", "l12", "l21", "l22", "d"
 # opposite signs one is enough.
 _SIGNS = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(NAMES))))
 RELATIONS = _SIGNS[len(_SIGNS) // 2 + 1 :]
+
+EVERYWHERE = (
+    "in these modes the robot is singular everywhere (det A = 0): its legs are equal and in one"
+    " place, so the distal bars lie on each other, and no drive turns them: take working modes of"
+    " different signs"
+)
+
+
+def singular_everywhere(robot: FiveBar | Biglide, working: Sequence[int]) -> bool:
+    """Return whether det A is 0 in all poses of working modes (2,), to rounding: the legs are equal
+    and in one place.
+    """
+    left, right = robot.distal
+    differences = [robot.d, left - right]
+    if robot.turns:
+        differences.append(robot.l11 - robot.l21)
+    size = NEAR * max(left, right)
+    return working[0] == working[1] and max(map(abs, differences)) <= size
 
 
 def settled(robot: FiveBar) -> FiveBar:

@@ -363,3 +363,37 @@ def test_a_path_through_a_base_joint():
     """The leg of equal bars folds there, and has no sine: the check says Type 1."""
     check = check_path(fb.FiveBar(), fb.line((0.059, -0.03), (0.059, 0.03), 1.0), (1, -1))
     assert check.time is not None and not check.singularity_free
+
+
+@pytest.mark.parametrize("working", [(-1, -1), (1, 1), (1, -1), (-1, 1)])
+@pytest.mark.parametrize("kind", ["five-bar", "biglide"])
+def test_modes_of_equal_legs_in_one_place_are_singular_everywhere(kind, working):
+    """They are those in which both elbows are one point in all poses."""
+    if kind == "five-bar":
+        robot = fb.FiveBar(0.07, 0.09, 0.07, 0.09, 0.0, 1e-4, 1e-4, 0.1)
+        a, b = (0.02, 0.08), (0.05, 0.1)
+    else:
+        robot = fb.Biglide(0.2, 0.2, 0.0)
+        a, b = (0.05, 0.1), (0.1, 0.12)
+    check = fb.check_path(robot, fb.line(a, b, 1.0), working)
+    points = np.linspace(a, b, 7)
+    elbows = fb.igm(robot, points, working).elbows
+    same = np.abs(elbows[:, 0] - elbows[:, 1]).max() < 1e-12
+    assert check.everywhere == same == (working[0] == working[1])
+    path = fb.path([a, b])
+    limits = fb.Constraints(acceleration=1.0, speed=0.1)
+    if same:
+        assert check.criterion is None and check.type == fb.Singularity.PARALLEL
+        assert "in these modes the robot is singular everywhere" in repr(check)
+        with pytest.raises(fb.SingularityError, match="in these modes the robot is singular every"):
+            fb.time_path(robot, path, constraints=limits, working=working)
+    else:
+        assert check.singularity_free
+        assert fb.time_path(robot, path, constraints=limits, working=working).gap < 1e-2
+
+
+@pytest.mark.parametrize("change", [dict(d=1e-6), dict(l11=0.0701), dict(l22=0.0901)])
+def test_of_legs_that_differ_no_mode_is_singular_everywhere(change):
+    robot = fb.FiveBar(**dict(l11=0.07, l12=0.09, l21=0.07, l22=0.09, d=0.0) | change)
+    check = fb.check_path(robot, fb.line((0.02, 0.08), (0.05, 0.1), 1.0))
+    assert not check.everywhere and "everywhere" not in repr(check)

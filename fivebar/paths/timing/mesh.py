@@ -155,8 +155,8 @@ def _over_distance(value, after, before):
 
 def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
     """Return the first mesh. UnreachableError where the path leaves what the legs reach,
-    SingularityError where it touches Type 1, or Type 2 without crossing it; all with s and the
-    place.
+    SingularityError where it touches Type 1, or Type 2 without crossing it, with s and the
+    place; or where all poses of the modes are singular.
     """
     stretches = _first(path)
     refuse_unreachable(robot, path, stretches, working)
