@@ -79,13 +79,13 @@ def _hand_out_template(lab):
     """Put the lab's file to fill in into this folder."""
     from ..grading.report.outputs import write_whole
 
-    template, path = lab.folder / "student.py", Path(lab.file() or "student.py")
-    if not template.is_file():
+    template, path = lab.template(), Path(lab.file() or "student.py")
+    if not template:
         raise UsageError(f"FILE is missing; {lab.name} has no file to fill in")
     command = f"fivebar check {lab.name} {path}"
     if path.exists():
         raise UsageError(f"FILE is missing; {path} is here already: {command}")
-    write_whole(path, template.read_text(encoding="utf-8"))
+    write_whole(path, template)
     print(
         f"{path} is written: fill in its functions as {lab.folder}/README.md asks, then {command}"
     )

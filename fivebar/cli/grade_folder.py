@@ -124,15 +124,16 @@ def hand_out(arguments, lab, secret):
     robot.
     """
     from ..grading.report.outputs import file_name, write_whole
-    from ..grading.variants import draw_for, id_key, robot_for, with_constants
+    from ..grading.variants import draw_for, id_key, robot_for
 
     if arguments.out is None or secret is None:
         raise UsageError("--hand-out needs --out DIR and the course's secret")
     try:
         lines = _ids(arguments.hand_out.read_bytes())
-        source = (lab.folder / "student.py").read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"--hand-out: {error}") from None
+    if not lab.template():
+        raise UsageError(f"--hand-out: {lab.name} has no student.py to hand out")
     students = {}
     for line in filter(None, map(str.strip, lines)):
         students.setdefault(id_key(line), line)
@@ -141,10 +142,7 @@ def hand_out(arguments, lab, secret):
         files = lab.files_for(robot, draw_for(secret, student, lab.name))
         folder = arguments.out / file_name(student)
         folder.mkdir(parents=True, exist_ok=True)
-        if files is None:
-            files = {"student.py": with_constants(source, robot)}
-        else:
-            files = {"student.py": source, **files}
+        files = {"student.py": lab.template(robot if files is None else None), **(files or {})}
         for name, text in files.items():
             write_whole(folder / name, text)
             print(folder / name)

@@ -18,6 +18,7 @@ from unittest.mock import patch
 import pytest
 
 from ..base.progress import progress
+from ..models.robots import Robot
 from .labs import Lab, find_lab
 from .plugin import Checks
 from .program import Job, NoProgram, Program, session
@@ -207,7 +208,13 @@ def _notes(lab, robot, program):
             other.append(f"{name} = {own:g} (graded for {right:g})")
     if other:
         return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
-    own = [f"{k} = {v:g}" for k, v in numbers if v != lab.robot().parameters[k]]
+    return own_robot(lab, robot)
+
+
+def own_robot(lab: Lab, robot: Robot) -> tuple[str, ...]:
+    """Return what a report says of a file that holds a robot of its student's own."""
+    standard = lab.robot().parameters
+    own = [f"{k} = {v:g}" for k, v in robot.parameters.items() if v != standard[k]]
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 

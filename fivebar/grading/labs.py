@@ -13,6 +13,7 @@ import numpy as np
 from ..base.errors import UsageError
 from ..models.robots import FiveBar, Robot
 from .exercise import Exercise
+from .variants import with_constants
 
 PACKAGE = Path(__file__).parents[1]
 SHIPPED = PACKAGE / "_labs"  # in a clone a link to labs/, which a wheel holds itself
@@ -98,6 +99,17 @@ class Lab:
         """
         make = self._content().get("HAND_OUT")
         return None if make is None else make(robot, draw)
+
+    def template(self, robot: Robot | None = None) -> str:
+        """Return the student.py to fill in, "" where the lab has none.
+
+        robot: a student's own, whose numbers then stand in it.
+        """
+        path = self.folder / "student.py"
+        if not path.is_file():
+            return ""
+        source = path.read_text(encoding="utf-8")
+        return source if robot is None else with_constants(source, robot)
 
     def hints_from(self) -> str:
         """Return the day from which students are told why, HINTS_FROM of exercises.py, "" where

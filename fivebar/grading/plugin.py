@@ -101,6 +101,8 @@ class Checks:
 
     def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")
+        # Without a terminal nobody sees tracebacks, and they take a third of the time.
+        vars(config.option).setdefault("tbstyle", "no")
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         if self.program is None and any(

@@ -8,12 +8,11 @@ from pathlib import Path
 
 from ...base.errors import UsageError
 from ..intake.cohort_folder import Entry, HandIn, entries_of, find_hand_ins, not_graded
-from ..intake.hand_in import Left, functions_of
+from ..intake.hand_in import Left, functions_of, source_of
 from ..labs import Lab
 from ..report.outputs import write_whole
 from ..results import Report
 from ..variants import name_key
-from ..worker.submission import SubmissionError, read_submission
 from .cohort import Cohort, begin, run_cohort
 from .cohort_page import Group, write_summary
 from .copies import equal_programs
@@ -206,16 +205,5 @@ def _equal(lab, best):
     sources = {}
     for entry, report in best.values():
         if not report.no_program:
-            sources[entry.student] = _source(entry.path, entry.member)
-    handed_out = lab.folder / "student.py"
-    template = ""
-    if handed_out.is_file():
-        template = _source(handed_out)
-    return equal_programs(sources, template, functions_of(lab))
-
-
-def _source(path, member=""):
-    try:
-        return read_submission(path, member).source
-    except SubmissionError:
-        return f"# unreadable: {path} {member}"
+            sources[entry.student] = source_of(entry)
+    return equal_programs(sources, lab.template(), functions_of(lab))

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
 
 from ..labs import Lab
 from ..worker.submission import (
@@ -25,6 +26,9 @@ from ..worker.submission import (
     read_submission,
     with_slashes,
 )
+
+if TYPE_CHECKING:
+    from .cohort_folder import Entry
 
 MOST_FILES, DEEPEST = 2000, 12  # of one hand-in
 NO_FILE = LINK, SPECIAL = "a symbolic link", "no regular file"
@@ -150,9 +154,8 @@ def _in_zip(archive, member):
 
 def functions_of(lab: Lab) -> frozenset[str]:
     """Return the functions that a lab asks for: those of its student.py, else of its exercises."""
-    handed_out = lab.folder / "student.py"
-    if handed_out.is_file():
-        return frozenset(_DEFINED.findall(handed_out.read_text(encoding="utf-8")))
+    if template := lab.template():
+        return frozenset(_DEFINED.findall(template))
     return frozenset(lab.exercises())
 
 
@@ -188,7 +191,7 @@ def choose(
         return (programs[0],)
     asked = functions_of(lab)
     defined = {
-        program: len(asked & set(_DEFINED.findall(_source(program))))
+        program: len(asked & set(_DEFINED.findall(source_of(program))))
         for program in programs[:MOST_READ]
     }
     most = max(defined.values())
@@ -266,10 +269,9 @@ def _different(lab, programs):
     """Return one program of each content, the first of its copies; no untouched one beside
     others.
     """
-    found = {_source(program): program for program in reversed(programs)}
-    untouched = lab.folder / "student.py"
-    if len(found) > 1 and untouched.is_file():
-        found.pop(_source(ProgramFile(untouched)), None)
+    found = {source_of(program): program for program in reversed(programs)}
+    if len(found) > 1:
+        found.pop(lab.template(), None)
     return tuple(sorted(found.values(), key=str))
 
 
@@ -313,7 +315,7 @@ def imported(source: str, siblings: Iterable[ProgramFile]) -> dict[str, str]:
     while waiting and len(found) < MOST_READ:
         words = set(re.findall(r"\w+", " ".join(_IMPORT.findall(waiting.pop()))))
         for name in sorted((words & set(known)) - set(found) - sys.stdlib_module_names):
-            found[name] = _source(known[name])
+            found[name] = source_of(known[name])
             waiting.append(found[name])
     return found
 
@@ -324,7 +326,8 @@ def _is_called(program, wanted):
     return len(wanted) <= len(parts) and all(map(fnmatchcase, parts[-len(wanted) :], wanted))
 
 
-def _source(program):
+def source_of(program: ProgramFile | Entry) -> str:
+    """Return a program's source, or a line that is no other's where it cannot be read."""
     try:
         return read_submission(program.path, program.member).source
     except SubmissionError:

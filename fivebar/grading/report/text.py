@@ -44,6 +44,11 @@ def not_started(check: Check) -> bool:
     )
 
 
+def nothing_is_filled_in(report: Report) -> bool:
+    """Return whether no check of a report has come to anything that the student wrote."""
+    return bool(report.checks) and all(map(not_started, report.checks))
+
+
 def word(check: Check) -> str:
     """Return a check's outcome in one word or two."""
     return "to do" if not_started(check) else check.outcome
@@ -200,7 +205,7 @@ def headlines(report: Report) -> Iterator[str]:
     """Yield what to know before reading the checks."""
     if report.trouble:
         yield report.trouble
-    elif report.checks and all(not_started(check) for check in report.checks):
+    elif nothing_is_filled_in(report):
         yield (
             "Nothing is filled in yet: each check below says which task it belongs to. Begin with"
             " the first."
