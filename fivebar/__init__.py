@@ -1,5 +1,7 @@
 """The five-bar parallel robot and the biglide: exact models, singularities, simulation and control.
 
+A function that takes a robot also takes the name of one (`fb.ROBOTS`), its file, or a Machine.
+
 Each name is imported at its first use: `fb.dgm` brings NumPy, and `fb.simulate`, `fb.aspects` and
 the like bring CasADi, SciPy, Matplotlib, meshcat and Bokeh where they are needed.
 """
@@ -8,6 +10,7 @@ import typing as _typing
 from importlib import import_module as _import_module
 
 from .base import presentation as _presentation
+from .base import robot_uses as _robot_uses
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would
 # hide it.
@@ -121,6 +124,7 @@ _PARTS = {
 __all__ = sorted([*_MODULES, *_PARTS])
 
 _presentation.load_presenters = lambda: _import_module(".visualization.presenters", __name__)
+_robot_uses.machine_room = lambda: _import_module(".paths.machine", __name__)
 
 
 if _typing.TYPE_CHECKING:  # the same names, for a type checker

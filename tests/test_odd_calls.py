@@ -125,7 +125,7 @@ LAB = models(ROBOT)
             "rocker must be a number, not 'a'",
         ),
         (lambda: fb.FiveBar(l11="0.1"), ValueError, "l11 must be a number, not '0.1'"),
-        (lambda: fb.simulate("robot", duration=1.0), TypeError, "robot must be a robot"),
+        (lambda: fb.simulate("robot", duration=1.0), ValueError, "no robot 'robot': the known"),
         (lambda: fb.largest_disc(ROBOT), TypeError, "aspect must be an Aspect, not FiveBar"),
     ],
 )

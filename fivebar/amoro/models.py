@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 from ..base.backend import HUGE
 from ..base.checks import modes, number
-from ..base.checks import robot as must_be_robot
+from ..base.robot_uses import robot_for
 from ..models.dynamics import dynamic_model
 from ..models.four_joints import four_joint_pose, four_joint_rates
 from ..models.geometry import dgm, igm
@@ -45,7 +45,7 @@ def models(robot):
     0.090 0.06796
     """
 
-    must_be_robot(robot, "robot")
+    robot = robot_for("fb.amoro.models")(robot, "robot")
 
     def floats(*values):
         return tuple(float(value) for value in values)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import _SubParsersAction
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..base.tables import written
 from .options import JSON, WORKING, add_options, parse_values, print_json, usage_errors
-from .robot_options import add_robot_options, machine_without_tool
+from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = JSON | {
     "--unknown NAME ...": (
@@ -106,7 +107,7 @@ def _calibrate(arguments):
     from ..estimation.calibration.calibrate import DEFAULT, LOSSES, calibrate, known_names
     from ..estimation.calibration.measured_robot import mounting_of
 
-    machine = machine_without_tool(arguments)
+    machine = chosen_machine(arguments)
     robot = machine.robot
     if arguments.sides is not None and arguments.photo is None:
         raise UsageError("--sides are of a sheet on a photograph: give --photo PICTURE")
@@ -119,8 +120,6 @@ def _calibrate(arguments):
         raise UsageError("calibrate needs a file of measured data, or --from-drawing A5")
     if not Path(arguments.data).exists():
         raise UsageError(f"no file {arguments.data!r}")
-    if not robot.turns:
-        raise UsageError("calibrate knows five-bars only, and --robot is a biglide")
     if arguments.loss not in LOSSES:
         raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
@@ -170,7 +169,8 @@ def _calibrate(arguments):
             result.to_json(files[1])
             with written(files[2]) as file:
                 file.write(text + "\n")
-            result.machine.save(files[3], result.sd, ("calibrated; SI units",))
+            calibrated = replace(result.machine, constraints=machine.constraints)
+            calibrated.save(files[3], result.sd, ("calibrated; SI units",))
         print(*files, sep="\n", file=sys.stderr if arguments.json else sys.stdout)
 
 

@@ -9,7 +9,16 @@ import math
 from argparse import _SubParsersAction
 
 from ..base.errors import UsageError
-from .options import JSON, WORKING, add_options, number, print_json, print_notes, usage_errors
+from .options import (
+    JSON,
+    WORKING,
+    add_options,
+    number,
+    print_json,
+    print_notes,
+    print_table,
+    usage_errors,
+)
 from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = JSON | {
@@ -21,7 +30,7 @@ OPTIONS = JSON | {
     "--scale K": (1.0, "of the path"),
     WORKING: ((-1, -1), "working modes"),
     "--tolerance M|NAME=M ...": "of every length, or of one (l11=1e-4), m",
-    "--margin SINE": (0.0, "least |sin q12|, |sin q22|, |det A|"),
+    "--margin SINE": (0.0, "least |sin q12|, |sin q22|, |det A|, over that of the robot's file"),
     "--out PROOF.json": "where to write the proof",
 }
 
@@ -60,13 +69,19 @@ def _certify(arguments):
             placement=placement,
         )
         constraints = Constraints(det_A=arguments.margin, sin=arguments.margin)
-        path = machine.led(path, arguments.working)
-        proof = certify(machine.robot, path, tolerances, constraints, arguments.working)
+        proof = certify(machine, path, tolerances, constraints, arguments.working)
     print_notes(arguments.path, path.notes)
     if arguments.json:
-        stretches = [stretch._asdict() for stretch in proof.unproved]
-        print_json({"proved": proof.proved, "assembly": proof.assembly, "unproved": stretches})
+        print_json(
+            {
+                "proved": proof.proved,
+                "assembly": proof.assembly,
+                "frame": arguments.frame,
+                "unproved": [stretch._asdict() for stretch in proof.unproved],
+            }
+        )
     else:
+        print_table(arguments.frame_row)
         _print(proof)
     if not proof.proved:
         raise ValueError(f"not proved: {_claim(proof.claim)}")

@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from .options import JSON, add_options, check_ending, parse_values, print_json
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of, interval
 
 OPTIONS = JSON | {
@@ -47,7 +47,7 @@ def _design(arguments):
     from ..optimal_design.figures import FIGURES
     from ..optimal_design.optimum import design
 
-    robot, choices = chosen_robot(arguments), chosen_task(arguments)
+    robot, choices = chosen_machine(arguments).robot, chosen_task(arguments)
     check_ending("--plot", arguments.plot)
     goals = {}
     for text in arguments.goals:

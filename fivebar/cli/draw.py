@@ -136,7 +136,8 @@ def _draw(arguments):
         "measured_modes": says_other_modes(arguments, machine, motion),
         "largest_scale": share,
         "page": None if page is None else machine.frame(page).tolist(),
-        "middle": (machine.frame(bounds(path).mean(axis=0)).round(12) + 0.0).tolist(),
+        "frame": arguments.frame,
+        "middle": (bounds(machine.frame(path.drawn)).mean(axis=0).round(12) + 0.0).tolist(),
         "duration_s": motion.duration,
         "lower_bound_s": motion.lower_bound,
         "smallest_margin": check.min_margin,
@@ -410,13 +411,11 @@ def _picture(arguments, machine, motion, drawn, page):
 
 
 def _print(arguments, machine, figures):
-    from ..paths.placement import Placement
     from ..simulation.comparison import peak_name
     from ..visualization.style import length
 
     words = machine.robot.words
     x, y = (1e3 * value for value in figures["middle"])
-    frame = "" if machine.frame == Placement() else ", in the measuring frame, as --at"
     least = figures["lower_bound_s"]
     if arguments.duration is None:
         near = f", within {100 * (figures['duration_s'] / least - 1):.2g} % of the least possible"
@@ -424,8 +423,9 @@ def _print(arguments, machine, figures):
         near = f", as asked for; the least is {least:.4g} s" if least else ", as asked for"
     drawn = 1e3 * figures["drawn_m"]
     rows = [
+        *arguments.frame_row,
         ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
-        ("middle of it", f"({x:.4g}, {y:.4g}) mm{frame}"),
+        ("middle of it", f"({x:.4g}, {y:.4g}) mm"),
         *page_row(figures["page"]),
         ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
         ("time", f"{figures['duration_s']:.4f} s{near}"),

@@ -22,7 +22,8 @@ PLACE = {
     "--fit": "as large as it fits, in the workspace or on the page",
     "--page M M": "width and height of a sheet, all of it in the workspace; 0, 0 of the drawing is"
     " its lower left corner",
-    "--margin M": "from singularities (default: 0.005, with --fit a tenth of the shortest bar)",
+    "--margin M": "from singularities (default: clearance of the robot's file, or 0.005, with --fit"
+    " a tenth of the shortest bar)",
     WORKING: "working modes, as -1 -1",
 }
 CHOOSE = {  # option: what it does, and the options that would do it otherwise
@@ -45,14 +46,13 @@ def placed(arguments, machine, path):
             first, *names = (f"--{each}".replace("_", "-") for each in (option, *others))
             raise UsageError(f"{first} {effect}: it goes without {' and '.join(names)}")
     robot = machine.robot
-    to_robot = machine.frame.inverse
-    turn = np.deg2rad(arguments.turn_deg) + to_robot.turn
-    scale = (arguments.scale or 1.0) * to_robot.scale
+    turn = np.deg2rad(arguments.turn_deg)
+    scale = arguments.scale or 1.0
     if arguments.at is not None or arguments.as_drawn:
-        placed = to_robot(path)
+        placed = path
         if arguments.at is not None:
             first = Placement((0.0, 0.0), turn, scale)(path)
-            shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
+            shift = arguments.at - bounds(first).mean(axis=0)
             placed = Placement(tuple(shift.tolist()))(first)
         working = _modes(arguments, machine, placed)
         return machine.led(placed, working), working, None, None
@@ -61,22 +61,25 @@ def placed(arguments, machine, path):
             "a biglide's aspects have no ends to fit into: say where with --at X Y or --as-drawn"
         )
     corners = None
+    to_robot = machine.frame.inverse
     if arguments.page is not None:
         path, corners = _on_page(arguments, path)
         whole = path_of(corners)
-        scale = to_robot.scale
+        scale = 1.0
     else:
         whole = path
         scale = None if arguments.fit else scale
     margin = arguments.margin
     if margin is None:
         bars = *robot.distal, *(drive.length for drive in robot.drives)
-        margin = min(bars) / 10 if arguments.fit else MARGIN
+        usual = min(bars) / 10 if arguments.fit else MARGIN
+        margin = machine.constraints.clearance or usual
     kept = replace(machine.on_poses, clearance=margin)
     chosen = arguments.working, kept, machine.tool, machine.measured
-    fit = fitted_in(robot, whole, turn, scale, *chosen)
+    scale = scale and scale * to_robot.scale
+    fit = fitted_in(robot, whole, turn + to_robot.turn, scale, *chosen)
     working = fit.aspect.working
-    placed = machine.led(fit.placement(path), working)
+    placed = machine.led(machine.frame(fit.placement(path)), working)
     page = None if corners is None else fit.placement(corners)
     return placed, working, fit.scale * machine.frame.scale, page
 

@@ -9,7 +9,6 @@ from ..base.errors import SingularityError
 from .options import WORKING, add_options, usage_errors, used_options
 from .robot_options import add_robot_options, chosen_machine
 
-MACHINES = "reprapfirmware", "ros2_control"  # of which more than the robot is written
 OPTIONS = {
     "--out FILE": "(default: stdout)",
     "--name NAME": "of the model; in C what all names begin with (default: fivebar or biglide)",
@@ -40,12 +39,7 @@ def _export(arguments):
     from ..exporters.export import export
     from ..models.geometry import dgm
 
-    machine = chosen_machine(arguments)
-    robot = machine.robot
-    if arguments.format in MACHINES:
-        robot = machine
-    elif machine.tool is not None:
-        print(f"{arguments.robot}: {arguments.format} leaves out its tool", file=sys.stderr)
+    machine = chosen_machine(arguments, f"export {arguments.format}")
     options = used_options(arguments, "step", "closure", "functions", "name", "plugin", "working")
     given = used_options(arguments, "homing_deg", "steps_per_turn")
     names = {"homing_deg": "homing", "steps_per_turn": "per_turn"}
@@ -53,5 +47,5 @@ def _export(arguments):
     with usage_errors(ValueError, SingularityError):
         if arguments.start:
             options["start"] = dgm(machine.robot, arguments.start, arguments.assembly)
-        text = export(robot, arguments.format, arguments.out, **options)
+        text = export(machine, arguments.format, arguments.out, **options)
     sys.stdout.write(f"{arguments.out}\n" if arguments.out else text)

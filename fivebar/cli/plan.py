@@ -77,7 +77,6 @@ def _plan(arguments):
 
     machine = chosen_machine(arguments)
     robot = machine.robot
-    to_robot = machine.frame.inverse
     if arguments.working and (arguments.from_working or arguments.to_working):
         raise UsageError(
             "--working keeps the modes: it goes without --from-working and --to-working"
@@ -89,7 +88,7 @@ def _plan(arguments):
         limits.setdefault("sin", LEAST_SIN)
     if arguments.workspace:
         x0, x1, y0, y1 = arguments.workspace
-        limits["region"] = to_robot([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        limits["region"] = machine.frame.inverse([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
     if len(arguments.via) % 2:
         raise UsageError("--via takes pairs X Y")
     points = zip(*[iter(arguments.via)] * 2)
@@ -101,7 +100,7 @@ def _plan(arguments):
             start,
             goal,
             arguments.duration,
-            via=[(None, _point(machine, p, arguments.working)) for p in points],
+            via=[(None, machine.joint(p, arguments.working or (-1, -1))) for p in points],
             objective=arguments.objective or ("effort" if arguments.duration else "time"),
             constraints=replace(machine.constraints, **limits),
             collocation=Collocation(max_time=arguments.max_time),
@@ -109,24 +108,17 @@ def _plan(arguments):
     figures = _figures(robot, result)
     files = _written(arguments, machine, result) if arguments.out else []
     if arguments.json:
-        print_json({**figures, "files": files})
+        print_json({**figures, "frame": arguments.frame, "files": files})
         return
+    print_table(arguments.frame_row)
     _print(robot, figures)
     print_files(files)
 
 
 def _end(machine, point, modes):
     """Return the point of joint C, or the Pose where modes are named."""
-    xi = _point(machine, point, modes)
+    xi = machine.joint(point, modes or (-1, -1))
     return xi if modes is None else igm(machine.robot, xi, tuple(modes))
-
-
-def _point(machine, point, modes):
-    """Return where joint C is, in the robot's frame, with what draws at a point, m."""
-    xi = machine.frame.inverse(point)
-    if machine.tool is not None:
-        xi = machine.tool.pose(machine.robot, xi, modes or (-1, -1)).xi
-    return tuple(xi.tolist())
 
 
 def _check_for_tool(arguments):

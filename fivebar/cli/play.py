@@ -35,10 +35,6 @@ def _play(arguments):
 
     machine = chosen_machine(arguments)
     robot = machine.robot
-    if not robot.turns:
-        raise UsageError(
-            "play shows five-bars; of a biglide: fivebar map --robot biglide --page map.html"
-        )
     check_ending("--out", arguments.out, (".html", ".htm"))
     with usage_errors(ValueError, SingularityError):
         pose = igm(robot, arguments.xi, tuple(arguments.working)) if arguments.xi else None

@@ -1,24 +1,29 @@
 """The robot on the command line: a named set, a TOML or JSON file, single values."""
 
-import sys
 from argparse import SUPPRESS
 from dataclasses import fields, replace
-from pathlib import Path
 from warnings import catch_warnings, simplefilter
 
 from ..base.errors import UsageError
+from ..base.robot_uses import uses
 from ..models.named_robots import ROBOTS
 from ..models.parameter_units import parameter_in_si
-from ..models.robot_files import READERS
+from ..models.robot_files import read_robot
 from ..models.robots import KINDS
-from .options import add_options, usage_errors, used_options
+from .options import add_options, print_notes, usage_errors, used_options
 
 DEFAULT = "amoro"
+FRAMES = {
+    "measuring": "in the measuring frame of the robot's file; --frame robot: in the robot's own",
+    "robot": "in the robot's own frame",
+}
 PARAMETERS = tuple(dict.fromkeys(field.name for kind in KINDS for field in fields(kind)))
 
 
 def add_robot_options(parser):
-    """Add --robot, --gravity and an option for each parameter."""
+    """Add --robot, --gravity, an option for each parameter, and --frame where points are used; say
+    in the help what of a robot's file is used.
+    """
     single = [name for name in PARAMETERS if name != "gravity"]
     group = parser.add_argument_group(
         "robot",
@@ -30,7 +35,13 @@ def add_robot_options(parser):
         "--robot ROBOT": (DEFAULT, f"one of {known}, or a .toml or .json file of parameters"),
         "--gravity M/S2 M/S2": "along x and y; 0 -9.81: upright",
     }
+    command = parser.prog.split()[-1]
+    of_command = {user: use for user, use in uses()[1].items() if user.split()[0] == command}
+    if any("frame" in use.used for use in of_command.values()):
+        words = "of points: that of the file's [frame], or the robot's own"
+        options["--frame measuring|robot"] = ("measuring", words)
     add_options(group, options)
+    parser.epilog = "\n".join(use.words(user) for user, use in of_command.items())
     for name in single:  # 40 lines of names without a word would bury all others
         group.add_argument(f"--{name}", help=SUPPRESS)
 
@@ -40,54 +51,37 @@ def robot_is_chosen(arguments):
     return arguments.robot != DEFAULT or bool(used_options(arguments, *PARAMETERS))
 
 
-def chosen_robot(arguments):
-    """Return the robot of these arguments, of which a command without a tool moves joint C."""
-    return machine_without_tool(arguments).robot
+def chosen_machine(arguments, user=""):
+    """Return the Machine of these arguments, without what the command leaves out, which is said.
 
-
-def machine_without_tool(arguments):
-    """Return the Machine of these arguments; say that a tool of it is left out."""
-    machine = chosen_machine(arguments)
-    if machine.tool is not None:
-        words = "this command leaves out its tool: points are those of joint C"
-        print(f"{arguments.robot}: {words}", file=sys.stderr)
-    return machine
-
-
-def chosen_machine(arguments):
-    """Return the Machine of these arguments: its robot, and what its file says beside it."""
+    user: the name in the table of uses, where it is not the command's alone. `arguments.frame_row`
+    gets the row of output that says in which frame points are, where the file has one.
+    """
     from ..paths.machine import machine_of
+    from ..paths.placement import Placement
 
     values = used_options(arguments, *PARAMETERS)
-    with usage_errors(ValueError):
-        if arguments.robot in ROBOTS:
-            named = ROBOTS[arguments.robot]
-            machine = machine_of(named.robot, named.tables)
-        else:
-            machine = machine_from(arguments.robot)
+    with usage_errors(ValueError, OSError):
+        read = read_robot(arguments.robot)
+        machine = machine_of(read)
         robot = machine.robot
-        known = [field.name for field in fields(robot)]
+        title, known = robot.words.title, [field.name for field in fields(robot)]
         for name in values:
             if name not in known:
-                title, names = robot.words.title, ", ".join(known)
-                raise UsageError(f"--{name}: {arguments.robot} is a {title}, with {names}")
+                raise UsageError(
+                    f"--{name}: {arguments.robot} is a {title}, with {', '.join(known)}"
+                )
             if name != "gravity":
                 values[name] = parameter_in_si(values[name], name, robot.turns)
         with catch_warnings():
             simplefilter("ignore")  # of unusual lengths, whose unit was written
-            return replace(machine, robot=replace(robot, **values))
-
-
-def machine_from(path):
-    """Return the Machine in a TOML or JSON file."""
-    from ..paths.machine import machine_and_defaults
-
-    if Path(path).suffix.lower() not in READERS:
-        known = ", ".join(ROBOTS)
-        raise UsageError(f"no robot {path!r}: the known ones are {known}; or a .toml or .json file")
-    with usage_errors(OSError, ValueError):
-        machine, defaults = machine_and_defaults(path)
-    if defaults:
-        title, values = machine.robot.words.title, ", ".join(defaults)
-        print(f"{path}: not in it, so as usual of a {title}: {values}", file=sys.stderr)
+            machine = replace(machine, robot=replace(robot, **values))
+        frame = getattr(arguments, "frame", None)
+        arguments.frame_row = [("points", FRAMES[frame])] if machine.moves_points and frame else []
+        if frame == "robot":
+            machine = replace(machine, frame=Placement())
+        machine, note = machine.used_by(user or arguments.command)
+    usual = ", ".join(read.defaults)
+    notes = [note, usual and f"not in it, so as usual of a {title}: {usual}"]
+    print_notes(arguments.robot, filter(None, notes))
     return machine

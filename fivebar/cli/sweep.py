@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.errors import UsageError
 from .options import JSON, add_options, check_ending, parse_values, print_json, used_options
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of, interval
 
 DESIGNS = {
@@ -55,7 +55,7 @@ def _sweep(arguments):
     from ..base.workers import dask_executor
     from ..optimal_design.sweeping import sweep
 
-    robot, choices = chosen_robot(arguments), chosen_task(arguments)
+    robot, choices = chosen_machine(arguments).robot, chosen_task(arguments)
     check_ending("--plot", arguments.plot)
     if arguments.dask and arguments.workers:
         raise UsageError("--workers are processes here; with --dask the cluster has its own")

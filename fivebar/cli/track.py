@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 import time
 from argparse import _SubParsersAction
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -124,50 +125,51 @@ def _track(arguments):
     check_positive(arguments, "period", "torque_limit")
     print_notes(arguments.csv, reference.notes)
     working = tuple(arguments.working or (-1, -1))
+    limits = machine.constraints
+    if torque := arguments.torque_limit or limits.torque:
+        limits = replace(limits, torque=np.min(torque))  # a tracker has one for both motors
     with usage_errors(ValueError):
         reference = machine.led(reference, working)
-        controller = _controller(arguments, robot, reference, working)
-    figures, run = _tracked(
-        robot, reference, controller, arguments.period, arguments.torque_limit, working
-    )
+        controller = _controller(arguments, robot, reference, working, limits)
+    saturation = limits.motors or limits.torque and limits.torque[0]
+    figures, run = _tracked(robot, reference, controller, arguments.period, saturation, working)
     files = [*_write(run, arguments.out)] if arguments.out else []
     if arguments.page:
         run.page(arguments.page)
         files.append(arguments.page)
     if arguments.json:
-        print_json({**figures, "files": files})
+        print_json({**figures, "frame": arguments.frame, "files": files})
         return
+    print_table(arguments.frame_row)
     _print_table(robot, figures)
     print_files(files)
 
 
-def _controller(arguments, robot, reference, working):
+def _controller(arguments, robot, reference, working, limits):
     from ..models.geometry import igm
 
     assembly = -1
     if arguments.working:
         assembly = int(igm(robot, reference(reference.start)[0], working).assembly)
     if arguments.controller == "mpc":
-        return _mpc(arguments, robot, reference, working, assembly)
+        return _mpc(arguments, robot, reference, working, assembly, limits)
     kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
     kp, kd = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
     gains = {"kp": kp, "kd": kd} | used_options(arguments, "kp", "kd")
     return kind(robot, **gains, working=working, assembly=assembly)
 
 
-def _mpc(arguments, robot, reference, working, assembly):
-    from ..constraints.constraints import Constraints
+def _mpc(arguments, robot, reference, working, assembly, limits):
     from ..control.matched import asks_for_it, matched
     from ..control.tracker import Tracker
 
     if used_options(arguments, "kp", "kd"):
         raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
     period = arguments.period
-    limit = arguments.torque_limit
-    constraints = Constraints(torque=limit)
+    limit = limits.torque and limits.torque[0]
     if peak := asks_for_it(robot, reference, period, limit, working):
-        return matched(robot, peak, period, constraints, assembly)
-    return Tracker(robot, period=period, constraints=constraints, assembly=assembly)
+        return matched(robot, peak, period, limits, assembly)
+    return Tracker(robot, period=period, constraints=limits, assembly=assembly)
 
 
 def _compare(arguments):

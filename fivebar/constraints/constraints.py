@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..base.backend import finite_numbers, wrap
 from ..base.checks import instance, named_functions, not_negative, number, share, shown
 from ..base.representation import one_line
+from ..base.robot_uses import freed, left_out, uses, warn_of
 from ..models.geometry import Pose
 from ..models.motors import Motor, both_motors
 from .link_collisions import LinkCollisions, point_segment_distance, segment_distance
@@ -28,7 +29,8 @@ class Constraints:
     """All that a motion must keep. What is not named is free.
 
     `plan`, `time_path`, `place`, `check_path`, `largest_disc`, `largest_rectangle`, `certify` and
-    `Tracker` take it. Each of them says which constraints it keeps, and refuses the others.
+    `Tracker` take it. Each of them says which constraints it keeps. Others that are named for the
+    call are refused; those of a `Machine` are left out with a warning.
 
     Parameters
     ----------
@@ -84,6 +86,7 @@ class Constraints:
     clearance: float = 0.0
     collisions: LinkCollisions | None = None
     functions: Any = ()  # pairs of name and function once checked
+    _of_robot: Any = field(default=None, compare=False, repr=False)  # by name; None: of a call
 
     def __post_init__(self) -> None:
         for name, check in CHECKS.items():
@@ -105,11 +108,41 @@ class Constraints:
     @property
     def named(self) -> tuple[str, ...]:
         """Names of the constraints that are not free."""
-        names = []
-        for field in fields(self):
-            if getattr(self, field.name) != field.default:
-                names.append(field.name)
-        return tuple(names)
+        return tuple(f.name for f in fields(self) if f.compare and self._is_named(f))
+
+    def _is_named(self, field):
+        return getattr(self, field.name) != field.default
+
+    @property
+    def of_robot(self) -> Constraints:
+        """The same constraints, as those of a robot's file: see `used_by`."""
+        return replace(self, _of_robot={name: getattr(self, name) for name in self.named})
+
+    def under(self, others: Constraints | None) -> Constraints:
+        """Return these constraints with those over them that others name."""
+        others = Constraints() if others is None else instance(Constraints)(others, "constraints")
+        return replace(self, **{name: getattr(others, name) for name in others.named})
+
+    def used_by(self, user: str) -> tuple[Constraints, str]:
+        """Return the constraints that a command or function keeps, and in words which of the
+        robot's own it leaves out.
+
+        Raises
+        ------
+        ValueError
+            It does not keep one that was named for this call, not in the robot's file.
+        """
+        use = uses()[1][user]
+        others = [name for name in self.named if name not in use.used]
+        own = self._of_robot or {}
+        for name in others:
+            if getattr(self, name) != own.get(name):
+                kept = ", ".join(name for name in use.used if name in CHECKS)
+                raise ValueError(
+                    f"{user.removeprefix('fb.')}: the constraint {name} is not kept here, leave it"
+                    f" out; kept are {kept}"
+                )
+        return freed(self, others), left_out(user, others)[1]
 
     def torque_share(self, tau: ArrayLike, q_dot: Any) -> np.ndarray:
         """Return the largest share (*batch,) of the allowed torque that is used, 0 if it is free.
@@ -223,15 +256,18 @@ def at_joints(motors: tuple[Motor, Motor]) -> tuple[tuple, tuple]:
     return (tuple(motor.stall for motor in motors), tuple(motor.speed for motor in motors))
 
 
-def refuse_others(constraints: Constraints | None, function: str, kept: Sequence[str]) -> None:
-    """Raise ValueError if a constraint is named that the function does not keep."""
-    names = () if constraints is None else constraints.named
-    others = [name for name in names if name not in kept]
-    if others:
-        raise ValueError(
-            f"{function}: the constraint {others[0]} is not kept here, leave it out; kept are"
-            f" {', '.join(kept)}"
-        )
+def kept_by(user: str) -> Callable:
+    """Rule: Constraints, or None; those of a robot's file that a function does not keep are left
+    out with a warning, others are refused.
+    """
+
+    def rule(value, name):
+        if value is not None:
+            value, note = instance(Constraints)(value, name).used_by(user)
+            warn_of(note)
+        return value
+
+    return rule
 
 
 def distance_inside(corners: np.ndarray, z: np.ndarray) -> np.ndarray:

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from ..base.checks import instance, optional, takes
+from ..base.checks import instance, takes
 from ..singularities.aspects import Aspect, as_kind
 from ..singularities.regions import LocusArc, points_of_largest_clearance
 from .boundaries import boundaries, satisfied_at
-from .constraints import ON_POSES, Constraints, refuse_others
+from .constraints import ON_POSES, Constraints, kept_by
 
 # Candidates of the search that are solved for exactly, as far as their samples promise more than
 # the best one found. Along a thin aspect there are many.
@@ -52,7 +52,7 @@ def bounded_by(aspect: Aspect, constraints: Constraints | None) -> Aspect:
     return as_kind(BoundedAspect, aspect, tuple(boundaries(*place)), satisfied_at(*place))
 
 
-@takes(aspect=instance(Aspect), constraints=optional(instance(Constraints)))
+@takes(aspect=instance(Aspect), constraints=kept_by("fb.largest_disc"))
 def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc:
     """Return the largest disc in an aspect.
 
@@ -85,7 +85,6 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
     >>> round(disc.radius, 6)
     0.078719
     """
-    refuse_others(constraints, "largest_disc", (*ON_POSES, "clearance"))
     margin = constraints.clearance if constraints else 0.0
     aspect = bounded_by(aspect, constraints)
     limits: dict[str, Any] = {}

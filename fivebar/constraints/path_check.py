@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from ..base.backend import EPS, check_modes
-from ..base.checks import instance, not_negative, optional, shown, takes
-from ..base.checks import robot as must_be_robot
+from ..base.checks import not_negative, optional, shown
 from ..base.representation import one_line
+from ..base.robot_uses import takes_robot
 from ..models.dyads import cross, dot
 from ..models.geometry import Pose, igm, task_pose
 from ..models.kinematics import Rates
@@ -22,7 +22,7 @@ from ..singularities.criterion import force_at, largest_force
 from ..singularities.degenerate import EVERYWHERE, singular_everywhere
 from ..singularities.locus import divided
 from ..singularities.margins import Singularity
-from .constraints import ON_POSES, Constraints, refuse_others
+from .constraints import Constraints, kept_by
 from .violations import Broken, broken
 
 SAMPLES = 2049
@@ -102,11 +102,7 @@ class PathCheck:
         return one_line("PathCheck", *words)
 
 
-@takes(
-    robot=must_be_robot,
-    tolerance=optional(not_negative),
-    constraints=optional(instance(Constraints)),
-)
+@takes_robot(tolerance=optional(not_negative), constraints=kept_by("fb.check_path"))
 def check_path(
     robot: FiveBar | Biglide,
     path: Callable,
@@ -154,7 +150,6 @@ def check_path(
     >>> fb.check_path(fb.FiveBar(), fb.line((0.05, 0.09), (0.09, 0.07), 1.0)).singularity_free
     True
     """
-    refuse_others(constraints, "check_path", ON_POSES)
     if tolerance is None:
         tolerance = max(EXACT, float(getattr(path, "error", 0.0)))
     path = _finite(path)

@@ -12,11 +12,11 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
-from ..base.checks import instance, optional, positive, takes
+from ..base.checks import instance, positive, takes
 from ..base.progress import progress
 from ..singularities.aspects import Aspect
 from ..singularities.locus import pairs
-from .constraints import ON_POSES, Constraints, refuse_others
+from .constraints import Constraints, kept_by
 from .disc import BoundedAspect, bounded_by, clearance_at, too_narrow
 from .outline import INWARDS, Outline
 
@@ -38,7 +38,7 @@ class Rectangle:
         return (self.x_max - self.x_min) * (self.y_max - self.y_min)
 
 
-@takes(aspect=instance(Aspect), constraints=optional(instance(Constraints)))
+@takes(aspect=instance(Aspect), constraints=kept_by("fb.largest_rectangle"))
 def largest_rectangle(
     aspect: Aspect, constraints: Constraints | None = None, ratio: float | None = None
 ) -> Rectangle:
@@ -75,7 +75,6 @@ def largest_rectangle(
     >>> round(1e3 * (sheet.y_max - sheet.y_min), 2)  # mm
     104.71
     """
-    refuse_others(constraints, "largest_rectangle", (*ON_POSES, "clearance"))
     margin = constraints.clearance if constraints else 0.0
     if ratio is not None and not 0.01 <= positive(ratio, "ratio") <= 100:
         raise ValueError(f"largest_rectangle: ratio must be from 0.01 to 100, not {ratio:g}")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..base.backend import HUGE, real_numbers
 from ..base.checks import flag, modes, not_negative, shown
-from ..base.checks import robot as must_be_robot
+from ..base.robot_uses import robot_for
 from ..models.dynamics import dynamic_model, gravity_torques
 from ..models.geometry import Pose, dgm, igm
 from ..models.kinematics import Accelerations, Rates, dkm, ikm, ikm2
@@ -51,7 +51,8 @@ class _JointController:
     inertial: ClassVar[bool] = False  # whether the law multiplies the gains by M
 
     def __post_init__(self) -> None:
-        must_be_robot(self.robot, "robot")
+        own = robot_for("fb.ComputedTorque")(self.robot, "robot")
+        object.__setattr__(self, "robot", own)
         for name in ("kp", "kd"):
             gain = real_numbers(getattr(self, name), name)
             if gain.shape not in ((), (2,)) or not ((gain >= 0) & (gain < HUGE)).all():

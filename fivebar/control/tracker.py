@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..base.checks import instance, modes, optional, positive, takes, whole
 from ..base.checks import jit as must_be_jit
+from ..base.checks import modes, optional, positive, whole
 from ..base.checks import seconds as span
-from ..constraints.constraints import Constraints, refuse_others
-from ..models.loaded_robot import LoadedRobot, refuse_numbers, robot_and_torques, robot_or_loaded
+from ..base.robot_uses import takes_robot
+from ..constraints.constraints import Constraints, kept_by
+from ..models.loaded_robot import LoadedRobot, refuse_numbers, robot_and_torques
 from ..models.motors import torque_bounds
 from ..models.physics import loads_of, physics_of, smoothed
 from .estimator import EXACT, Estimator
@@ -109,12 +110,12 @@ class Tracker:
     True
     """
 
-    @takes(
-        robot=robot_or_loaded,
+    @takes_robot(
+        LoadedRobot,
         horizon=whole(2, 500),
         period=span,
         seconds=optional(span),
-        constraints=optional(instance(Constraints)),
+        constraints=kept_by("fb.Tracker"),
         delay=whole(0, 1000),
         encoder_resolution=optional(positive),
         position=positive,
@@ -157,7 +158,6 @@ class Tracker:
         self.horizon = horizon
         self.period = period
         self.delay = delay
-        refuse_others(constraints, "Tracker", ("motors", "torque", "joint_speed"))
         constraints = Constraints() if constraints is None else constraints
         self.motors = constraints.motors
         torque_limit = _same(constraints.torque, "torque")

@@ -19,9 +19,9 @@ from ..base.checks import (
     text,
     two_numbers,
 )
+from ..base.robot_uses import AnyRobot, used
 from ..base.tables import TextFile, written
 from ..models.geometry import Pose
-from ..models.robots import KINDS, Biglide, FiveBar
 from ..paths.machine import Machine
 from ..paths.timing.timed_path import TimedPath
 from .bodies import start_of
@@ -66,7 +66,6 @@ def _identifier(value, name):
 
 
 @takes(
-    robot=instance(*KINDS, Machine, TimedPath),
     format=one_of(*FORMATS),
     machine=optional(instance(Machine)),
     dialect=optional(instance(Gcode)),
@@ -81,7 +80,7 @@ def _identifier(value, name):
     name=optional(_identifier),
 )
 def export(
-    robot: FiveBar | Biglide | Machine | TimedPath,
+    robot: AnyRobot | TimedPath,
     format: str,
     out: TextFile | None = None,
     start: Pose | None = None,
@@ -104,8 +103,7 @@ def export(
 
     Parameters
     ----------
-    robot : FiveBar or Biglide, of reprapfirmware and ros2_control a Machine too, of gcode a
-        TimedPath
+    robot : FiveBar, Biglide or Machine; of gcode a TimedPath
     format : "mjcf" (MuJoCo), "urdf", "sdf" (Drake, Gazebo), "c" (one C99 header), "reprapfirmware"
         (M669), "ros2_control" (URDF with its block), or "gcode" (axes that are joints)
     out : path or open text file to write it to as well, whole or not at all
@@ -169,7 +167,9 @@ def _content(robot, format, name, given):
         )
     if format == "gcode":
         return gcode(robot, **given)
-    machine = robot if isinstance(robot, Machine) else Machine(robot)
+    machine = used(robot, f"export {format}")
+    if not isinstance(machine, Machine):
+        machine = Machine(machine)
     if format == "reprapfirmware":
         return reprapfirmware(machine, **given)
     name = name or type(machine.robot).__name__.lower()

@@ -7,8 +7,8 @@ FiveBarScaraKinematics: lengths in mm, angles in degrees from x to the left, lef
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from ..models.robots import FiveBar
 from ..paths.machine import Machine
 
 # By the sides of the elbows, seen from motor to hotend. It has none for (-1, +1), its mode 3.
@@ -35,9 +35,8 @@ def reprapfirmware(
     per_turn : float, optional
         Steps, microsteps included, of a turn of the motor, for M92.
     """
-    robot, frame = machine.robot, machine.frame
-    if not isinstance(robot, FiveBar):
-        raise ValueError("reprapfirmware: M669 K9 is of a five-bar, not of a biglide")
+    robot: Any = machine.robot
+    frame = machine.frame
     if working not in MODES:
         known = ", ".join(map(str, MODES))
         raise ValueError(
@@ -61,10 +60,6 @@ def reprapfirmware(
     numbers["C"] = _motor_angles(machine)
     words = [f"{letter}{':'.join(map(_plain, values))}" for letter, values in numbers.items()]
     lines = [f"; by fivebar, for config.g before M671; assembly mode {-1:+d}"]
-    left_out = [name for name in ("half_planes", "region", "collisions", "clearance")]
-    left_out = [name for name in left_out if name in machine.constraints.named]
-    if left_out:
-        lines.append(f"; not in M669: the constraints {', '.join(left_out)}")
     lines.append(f"M669 K9 {' '.join(words)}")
     if per_turn is not None:
         # The readings are of the motors, so a ratio is the inverse of a gear.

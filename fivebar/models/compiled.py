@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.backend import as_numbers, is_symbolic
-from ..base.checks import flag, modes, strings, takes
+from ..base.checks import flag, modes, strings
 from ..base.checks import jit as must_be_jit
-from ..base.checks import robot as must_be_robot
+from ..base.robot_uses import takes_robot
 from .dynamics import dynamic_model, energy, forward_dynamics, gravity_torques, inverse_dynamics
 from .four_joints import bars_of, bars_rates
 from .geometry import joint_pose, task_pose
@@ -78,8 +78,7 @@ STOPPED = (
 )  # how IPOPT ends by Ctrl-C, where nobody else ends it
 
 
-@takes(
-    robot=must_be_robot,
+@takes_robot(
     inputs=strings,
     outputs=strings,
     assembly=modes(1),

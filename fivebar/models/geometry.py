@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.backend import check_modes, is_symbolic, unpack
-from ..base.checks import robot as must_be_robot
+from ..base.robot_uses import robot_for
 from .dyads import RRR
 from .pose import DrivenLeg, Pose, ReachedLeg
 from .robots import KINDS
@@ -58,7 +58,7 @@ def dgm(robot: Robot, q: ArrayLike, assembly: ArrayLike = -1, unreachable: str =
     [0.09, 0.067963]
     """
     if type(robot) not in KINDS:
-        must_be_robot(robot, "robot")
+        robot = robot_for("fb.dgm")(robot, "robot")
     q = unpack(q, "q")
     q, (branch,) = _with_modes(q, assembly, "assembly", count=1)
     pose = joint_pose(robot, q, branch)
@@ -146,7 +146,7 @@ def igm(
     [0.022595, 0.626149]
     """
     if type(robot) not in KINDS:
-        must_be_robot(robot, "robot")
+        robot = robot_for("fb.igm")(robot, "robot")
     xi = unpack(xi, "xi")
     xi, branches = _with_modes(xi, working, "working", count=2)
     pose = task_pose(robot, xi, branches)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.backend import is_symbolic, numpy_on_symbols
 from ..base.checks import a_callable
-from ..base.checks import robot as must_be_robot
+from ..base.robot_uses import robot_for
 from .robots import Robot
 
 # Two states at which a function of symbols must say what it says of numbers: t, q, q', tau.
@@ -59,7 +59,8 @@ class LoadedRobot:
     torques: Callable
 
     def __post_init__(self) -> None:
-        must_be_robot(self.robot, "LoadedRobot: robot")
+        own = robot_for("fb.LoadedRobot")(self.robot, "LoadedRobot: robot")
+        object.__setattr__(self, "robot", own)
         a_callable(self.torques, "LoadedRobot: torques")
 
 
@@ -114,11 +115,6 @@ def robot_and_torques(plant: Robot | LoadedRobot) -> tuple[Robot, JointTorques |
             _of_sample(plant.torques, sample)
         return plant.robot, JointTorques(None, plant.torques)
     return plant.robot, JointTorques(function.serialize())
-
-
-def robot_or_loaded(value: object, name: str) -> object:
-    """Rule: a robot, or a LoadedRobot; TypeError for anything else."""
-    return value if isinstance(value, LoadedRobot) else must_be_robot(value, name)
 
 
 def refuse_numbers(torques: JointTorques | None, what: str) -> None:

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from warnings import catch_warnings, simplefilter
 
-from ..base.tables import TextFile, whole_text
+from ..base.tables import TextFile, file_or_path, whole_text
+from .named_robots import ROBOTS
 from .parameter_units import table_in_si
 from .parameters import kind_that_knows, robot_of
 from .robots import Biglide, FiveBar
@@ -22,14 +23,14 @@ OF_BIGLIDES = {field.name for field in fields(Biglide)} - {field.name for field 
 
 
 def load_robot(path: TextFile) -> FiveBar | Biglide:
-    """Return the robot in a file.
+    """Return the robot in a file, or of a name.
 
     Parameters
     ----------
-    path : path or open file
-        A .toml or .json file of parameters by name, in SI units or with their unit, as "80 mm":
-        those of `FiveBar` or `Biglide`, or with links those of `FiveBar.from_links`.
-        kind = "five-bar" or "biglide" says which.
+    path : name, path or open file
+        A name in `fivebar.ROBOTS`; or a .toml or .json file of parameters by name, in SI units or
+        with their unit, as "80 mm": those of `FiveBar` or `Biglide`, or with links those of
+        `FiveBar.from_links`. kind = "five-bar" or "biglide" says which.
 
     Returns
     -------
@@ -52,6 +53,8 @@ def load_robot(path: TextFile) -> FiveBar | Biglide:
     >>> fb.FiveBar(l11=0.1).save(path)
     >>> fb.load_robot(path) == fb.FiveBar(l11=0.1)
     True
+    >>> fb.load_robot("plotclock").l11
+    0.035
     """
     return read_robot(path).robot
 
@@ -66,11 +69,16 @@ class RobotFile(NamedTuple):
 
 
 def read_robot(path: TextFile) -> RobotFile:
-    """Return what a file says of a robot; ValueError for a file that holds none."""
-    text, name = whole_text(path, "a robot")
-    read = READERS.get(Path(name).suffix.lower())
+    """Return what a file or a name says of a robot; ValueError for one that says none."""
+    if isinstance(path, str) and path in ROBOTS:
+        named = ROBOTS[path]
+        return RobotFile(named.robot, dict(named.tables), [], path)
+    source = file_or_path(path, "read")
+    read = READERS.get(Path(str(getattr(source, "name", source))).suffix.lower())
     if read is None:
-        raise ValueError(f"a robot is read from a .toml or .json file, not {name!r}")
+        known = ", ".join(ROBOTS)
+        raise ValueError(f"no robot {path!r}: the known ones are {known}; or a .toml or .json file")
+    text, name = whole_text(path, "a robot")
     try:
         table = read(text)
         if not isinstance(table, dict):

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.checks import instance, number, optional, positive, takes, whole
+from ..base.checks import number, optional, positive, takes, whole
 from ..base.progress import progress
+from ..base.robot_uses import robot_for
 from ..base.workers import WorkersDied, check_executor, compute_chunks
 from ..models.robots import Biglide, FiveBar
 from .batch import check_variables, robot_of_design, robots_of_designs
@@ -31,7 +32,7 @@ def _effort(value, name):
 
 
 @takes(
-    robot=optional(instance(FiveBar, Biglide)),
+    robot=optional(robot_for("fb.design")),
     step=optional(positive),
     points=whole(2, 200),
     seed=whole(0, 2**63),

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..base.checks import instance, optional, takes, whole
+from ..base.robot_uses import robot_for
 from ..base.shards import Chunk
 from ..base.workers import check_executor
 from ..models.robots import Biglide, FiveBar
@@ -24,7 +25,7 @@ from .task import Task, task_of
 
 
 @takes(
-    robot=optional(instance(FiveBar, Biglide)),
+    robot=optional(robot_for("fb.sweep")),
     chunk=optional(whole(1, 10**6)),
     workers=optional(whole(1, 1024)),
     out=optional(instance(str, os.PathLike, what="a folder's path")),

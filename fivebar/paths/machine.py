@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 
 from ..base.checks import instance, one_of, positive, robot, shown, two_numbers
 from ..base.representation import one_line, vector
+from ..base.robot_uses import freed, left_out
 from ..base.tables import TextFile
 from ..base.units import RADIANS
-from ..constraints.constraints import ON_POSES, Constraints
+from ..constraints.constraints import CHECKS, ON_POSES, Constraints
 from ..constraints.link_collisions import LinkCollisions
-from ..models.robot_files import SECTIONS, read_robot
+from ..models.robot_files import SECTIONS, RobotFile, read_robot
 from ..models.robot_writing import write_robot
 from ..models.robots import Biglide, FiveBar
 from .placement import Placement
@@ -50,7 +51,7 @@ class Machine:
     frame : Placement
         From the robot's frame to the one in which points are measured, that of the table.
     constraints : Constraints
-        What all motions keep.
+        What all motions keep; half planes and region are in the robot's own frame.
     tool : Tool, optional
         What draws, where that is not the joint of the distal bars.
     measured : (n, 3)
@@ -88,7 +89,8 @@ class Machine:
             raise ValueError(f"Machine: ratio must not be 0, not {ratio}")
         object.__setattr__(self, "ratio", ratio)
         instance(Placement)(self.frame, "Machine: frame")
-        instance(Constraints)(self.constraints, "Machine: constraints")
+        limits = instance(Constraints)(self.constraints, "Machine: constraints")
+        object.__setattr__(self, "constraints", limits.of_robot)
         if self.tool is not None:
             tool = instance(Tool)(self.tool, "Machine: tool")
             robot_: Any = self.robot
@@ -139,12 +141,46 @@ class Machine:
         """Whether its drives read rad, of the joint or before a gear."""
         return self.robot.turns and max(map(abs, self.ratio)) >= IN_RADIANS
 
-    def led(self, path: Any, working: ArrayLike) -> Any:
-        """Return the Path or Trajectory of joint C that leads the tool along one, in the robot's
-        frame: `Tool.path`; without a tool the path itself.
+    @property
+    def moves_points(self) -> bool:
+        """Whether its points are measured in another frame than the robot's own."""
+        return self.frame != Placement()
+
+    def used_by(self, user: str) -> tuple[Machine, str]:
+        """Return the machine without what a command or function leaves out, and so in words.
+
+        Raises
+        ------
+        ValueError
+            What it says is refused there; the message names it.
         """
+        said = {
+            "biglide": not self.robot.turns,
+            "readings": self.reads_otherwise,
+            "frame": self.moves_points,
+            "tool": self.tool is not None,
+            "measured": bool(self.measured),
+        }
+        rows, note = left_out(user, [*filter(said.get, said), *self.constraints.named])
+        names = [*rows, "offset", "ratio"] if "readings" in rows else rows
+        return replace(freed(self, names), constraints=freed(self.constraints, rows)), note
+
+    def led(self, path: Any, working: ArrayLike) -> Any:
+        """Return the Path or Trajectory of joint C, in the robot's own frame, that leads what draws
+        along one in the measuring frame: `Tool.path`, or without a tool joint C itself.
+        """
+        if self.moves_points:
+            path = self.frame.inverse(path)
         robot: Any = self.robot
         return path if self.tool is None else self.tool.path(robot, path, working)
+
+    def joint(self, point: ArrayLike, working: ArrayLike = (-1, -1)) -> np.ndarray:
+        """Return where joint C is (2,), m, in the robot's own frame, with what draws at a point of
+        the measuring frame.
+        """
+        xi = self.frame.inverse(point)
+        robot: Any = self.robot
+        return xi if self.tool is None else self.tool.pose(robot, xi, working).xi
 
     def angles(self, readings: ArrayLike) -> np.ndarray:
         """Return the true angles (*batch, 2), rad, at the drives' readings (*batch, 2)."""
@@ -210,7 +246,7 @@ class Machine:
             tables["readings"] = {"offset": self.offset, "ratio": self.ratio}
         if self.frame != Placement():
             tables["frame"] = asdict(self.frame)
-        kept = self.constraints
+        kept = _moved(self.constraints, self.frame)
         limits: dict[str, Any] = {name: getattr(kept, name) for name in kept.named}
         if "joints" in limits:
             limits["joints"] = [range_ or () for range_ in limits["joints"]]
@@ -225,6 +261,20 @@ class Machine:
         if self.measured:
             tables["measured"] = {"modes": self.measured}
         write_robot(path, self.robot, sd, comments, tables)
+
+
+def _moved(constraints, placement):
+    """Return constraints with half planes and region in another frame; a file has them in the
+    measuring frame.
+    """
+    if placement == Placement():
+        return constraints
+    planes = []
+    for a, b, c in constraints.half_planes:
+        on, beyond = placement([(c * a, c * b), (c * a + a, c * b + b)])
+        planes.append((*(beyond - on), (beyond - on) @ on))
+    region = constraints.region and placement(constraints.region)
+    return replace(constraints, half_planes=planes, region=region)
 
 
 def _signs(modes):
@@ -244,14 +294,15 @@ def _given(motor):
 
 
 def load_machine(path: TextFile) -> Machine:
-    """Return the machine in a file, which `--robot` reads.
+    """Return the machine in a file, or of a name, which `--robot` reads.
 
     Parameters
     ----------
-    path : path or open file
-        A .toml or .json file: a robot, as `load_robot` reads it, and perhaps the tables readings
-        (offset, ratio), frame (shift, turn, scale), constraints (those of `Constraints`; a joint
-        without a range has []), tool (leg, along, across) and measured (modes).
+    path : name, path or open file
+        A name in `fivebar.ROBOTS`; or a .toml or .json file: a robot, as `load_robot` reads it, and
+        perhaps the tables readings (offset, ratio), frame (shift, turn, scale), constraints (those
+        of `Constraints`; a joint without a range has [], half planes and region are in the
+        measuring frame), tool (leg, along, across) and measured (modes).
 
     Returns
     -------
@@ -272,23 +323,20 @@ def load_machine(path: TextFile) -> Machine:
     >>> fb.load_machine(path).offset
     (0.01, 0.0)
     """
-    machine, _ = machine_and_defaults(path)
-    return machine
+    return machine_of(read_robot(path))
 
 
-def machine_and_defaults(path: TextFile) -> tuple[Machine, list[str]]:
-    """Return the machine in a file, and "name = value" of the lab's parameters it leaves out."""
-    read = read_robot(path)
+def machine_of(read: RobotFile) -> Machine:
+    """Return the machine of what a robot's file says; ValueError names the file."""
     try:
-        machine = machine_of(read.robot, read.sections)
+        return _machine(read.robot, read.sections)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{read.name}: {error}") from None
-    return machine, read.defaults
 
 
-def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine:
-    """Return the machine of a robot and the tables of a robot file beside it."""
-    parts = [{"offset", "ratio"}, _names(Placement), _names(Constraints), _names(Tool), {"modes"}]
+def _machine(robot, sections):
+    limits = set(CHECKS) - {"functions"}
+    parts = [{"offset", "ratio"}, _names(Placement), limits, _names(Tool), {"modes"}]
     for name, known in zip(SECTIONS, parts):
         _refuse_unknown(name, sections.get(name, {}), known)
     constraints: dict[str, Any] = dict(sections.get("constraints", {}))
@@ -300,7 +348,7 @@ def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine
         _refuse_unknown("constraints.collisions", links, _names(LinkCollisions))
         constraints["collisions"] = LinkCollisions(**links)
     frame = Placement(**sections.get("frame", {}))
-    limits = Constraints(**constraints)
+    limits = _moved(Constraints(**constraints), frame.inverse)
     tool = Tool(**sections["tool"]) if "tool" in sections else None
     readings = sections.get("readings", {})
     return Machine(

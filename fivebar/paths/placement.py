@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import cmath
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import overload
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..base.backend import finite_numbers
 from ..base.checks import number, positive, shown, two_numbers
 from ..base.representation import one_line, vector
+from ..planning.trajectory import Trajectory
 from .curve import Path
 
 
@@ -68,10 +70,15 @@ class Placement:
     def __call__(self, what: Path) -> Path: ...
 
     @overload
+    def __call__(self, what: Trajectory) -> Trajectory: ...
+
+    @overload
     def __call__(self, what: ArrayLike) -> np.ndarray: ...
 
-    def __call__(self, what: Path | ArrayLike) -> Path | np.ndarray:
-        """Return a Path or points (*batch, 2), m, placed."""
+    def __call__(self, what: Path | Trajectory | ArrayLike) -> Path | Trajectory | np.ndarray:
+        """Return a Path, a Trajectory or points (*batch, 2), m, placed."""
+        if isinstance(what, Trajectory):
+            return replace(what, _motion=partial(self._moved, what))
         if isinstance(what, Path):
             return what.moved(complex(*self.shift), self.turned)
         points = finite_numbers(what, "Placement: points")
@@ -79,6 +86,11 @@ class Placement:
             raise ValueError(f"Placement: points must be (*batch, 2), not {shown(points.shape)}")
         z = complex(*self.shift) + self.turned * (points @ (1, 1j))
         return np.stack([z.real, z.imag], axis=-1)
+
+    def _moved(self, motion, t):
+        moved = self.turned * (np.array(motion(t)) @ (1, 1j))
+        moved[0] += complex(*self.shift)
+        return np.concatenate(np.stack([moved.real, moved.imag], axis=-1), axis=-1)
 
     def after(self, first: Placement) -> Placement:
         """Return the placement that does `first` and then this one."""

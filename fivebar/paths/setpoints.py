@@ -16,11 +16,10 @@ from ..base.checks import (
     one_of,
     optional,
     positive,
-    takes,
     two_numbers,
 )
-from ..base.checks import robot as must_be_robot
 from ..base.representation import one_line
+from ..base.robot_uses import takes_robot
 from ..base.tables import TextFile, write, written
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
@@ -234,12 +233,8 @@ class Setpoints:
         write(path, "setpoints", about, names, zip(*columns))
 
 
-@takes(
-    robot=must_be_robot,
-    reference=a_callable,
-    rate=positive,
-    working=optional(modes(2)),
-    tool=optional(instance(Tool)),
+@takes_robot(
+    reference=a_callable, rate=positive, working=optional(modes(2)), tool=optional(instance(Tool))
 )
 def setpoints(
     robot: Robot,

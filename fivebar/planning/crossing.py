@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.backend import finite_numbers
-from ..base.checks import modes, shown, takes, two_numbers
-from ..base.checks import robot as must_be_robot
+from ..base.checks import modes, shown, two_numbers
+from ..base.robot_uses import takes_robot
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..singularities.criterion import crossing_acceleration
@@ -29,8 +29,7 @@ def three_times(value, name):
     return tuple(times.tolist())
 
 
-@takes(
-    robot=must_be_robot,
+@takes_robot(
     start=two_numbers,
     goal=two_numbers,
     crossing=two_numbers,

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.checks import instance, number, optional, positive, takes, whole
-from ..base.checks import robot as must_be_robot
-from ..constraints.constraints import ON_POSES, Constraints, refuse_others
+from ..base.checks import instance, number, optional, positive, whole
+from ..base.robot_uses import takes_robot
+from ..constraints.constraints import Constraints, kept_by
 from ..models.geometry import Pose, igm
 from .collocation import LIMITS, Scheme
 from .functions import OwnFunctions
@@ -99,11 +99,7 @@ class Collocation:
         positive(self.max_time, "Collocation: max_time")
 
 
-@takes(
-    robot=must_be_robot,
-    constraints=optional(instance(Constraints)),
-    collocation=optional(instance(Collocation)),
-)
+@takes_robot(constraints=kept_by("fb.plan"), collocation=optional(instance(Collocation)))
 def plan(
     robot: Robot,
     start: ArrayLike | dict | Pose,
@@ -174,7 +170,6 @@ def plan(
     began = time.perf_counter(), time.thread_time()
     constraints = Constraints() if constraints is None else constraints
     collocation = Collocation() if collocation is None else collocation
-    refuse_others(constraints, "plan", (*RATES, *ON_POSES, "functions"))
     own = OwnFunctions.of(own_costs(objective), constraints.functions)
     constraints = replace(constraints, functions=())
     free = isinstance(start, Pose) or isinstance(goal, Pose)

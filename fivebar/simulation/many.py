@@ -10,8 +10,8 @@ from typing import overload
 import numpy as np
 
 from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
-from ..base.checks import robot as must_be_robot
 from ..base.progress import progress
+from ..base.robot_uses import robot_for
 from ..control.laws import PD, ComputedTorque
 from ..models.charts import CHARTS
 from ..models.geometry import igm
@@ -34,6 +34,8 @@ MOST_BLOCK = 10**5  # steps in a control period
 STEP_BYTES = 1200  # memory of a step during a call
 AT_ONCE = 4 * 10**6  # rows in one call
 TOGETHER = 128  # runs in one call: more would only take memory
+
+BARE = robot_for("fb.simulate_many")
 
 
 @overload
@@ -205,6 +207,8 @@ def _runs_of(robot, controller, starts):
         raise TypeError(
             f"starts must be the Rates of a batch, or one Rates for each run, not {shown(starts)}"
         )
+    if isinstance(robot, str):
+        robot = BARE(robot, "robot")
     values = {"robots": robot, "controllers": controller, "starts": starts}
     lengths = {}
     for name, value in values.items():
@@ -242,7 +246,7 @@ def _bare(plants):
     robots = []
     loads = getattr(plants[0], "torques", None)
     for k, plant in enumerate(plants):
-        robot = plant.robot if isinstance(plant, LoadedRobot) else must_be_robot(plant, "robot")
+        robot = plant.robot if isinstance(plant, LoadedRobot) else BARE(plant, "robot")
         if type(robot) is not type(robots[0] if robots else robot):
             raise ValueError(
                 f"robots of one kind go together: number {k} is a {type(robot).__name__}"

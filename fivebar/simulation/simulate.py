@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import cumulative_simpson
 
-from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
+from ..base.checks import a_callable, bounded, instance, optional, positive, shown
 from ..base.errors import SingularityError, UnreachableError
+from ..base.robot_uses import takes_robot
 from ..control.laws import unstable_gains
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
-from ..models.loaded_robot import JointTorques, LoadedRobot, robot_and_torques, robot_or_loaded
+from ..models.loaded_robot import JointTorques, LoadedRobot, robot_and_torques
 from ..models.loads import lost_power
 from ..models.motors import torque_bounds
 from ..models.robots import Robot
@@ -36,8 +37,8 @@ MOST_ROWS = 10**7  # of a run
 ROW_BYTES = 400  # memory of a row while the run is made
 
 
-@takes(
-    robot=robot_or_loaded,
+@takes_robot(
+    LoadedRobot,
     controller=optional(a_callable),
     reference=optional(a_callable),
     start=optional(some_rates),

@@ -9,8 +9,8 @@ from typing import Any
 import casadi
 
 from ..base.backend import as_numbers
-from ..base.checks import optional, positive, takes
-from ..base.checks import robot as must_be_robot
+from ..base.checks import optional, positive
+from ..base.robot_uses import takes_robot
 from ..control.laws import PD, ComputedTorque
 from ..models.arrays import array_function
 from ..models.compiled import with_symbols_of
@@ -20,7 +20,7 @@ from .plant import refuse_sticking
 from .steps import runge_kutta, slope_and_closing
 
 
-@takes(robot=must_be_robot, period=positive, controller=optional(a_built_in_controller))
+@takes_robot(period=positive, controller=optional(a_built_in_controller))
 def stepper(
     robot: Robot, period: float, to: ModuleType, controller: PD | ComputedTorque | None = None
 ) -> Callable[..., Any]:

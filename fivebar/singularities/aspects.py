@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.backend import real_numbers
-from ..base.checks import instance, shown, takes
+from ..base.checks import shown
+from ..base.robot_uses import takes_robot
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
-from ..models.robots import Biglide, FiveBar
+from ..models.robots import FiveBar
 from .degenerate import settled
 from .faces import SLIVER, faces
 from .five_bar_loci import FiveBarLoci
@@ -116,7 +117,7 @@ def as_kind(kind: type[Any], aspect: Aspect, *more: object) -> Any:
     return kind(*(getattr(aspect, each.name) for each in fields(Aspect)), *more)
 
 
-@takes(robot=instance(FiveBar, Biglide))
+@takes_robot()
 def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     """Return all aspects of a five-bar: the connected sets of regular poses in a working mode.
 
@@ -150,12 +151,6 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     >>> len(fb.aspects(fb.FiveBar()))
     10
     """
-    if not robot.turns:
-        raise ValueError(
-            "aspects: the guides of a biglide have no ends, so its aspects are strips without ends"
-            " and have no area, between the lines of singularity_loci(robot).task; areas need"
-            " strokes of the feet, which it does not have"
-        )
     robot = settled(robot)
     loci = FiveBarLoci(robot)
 
@@ -185,7 +180,7 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     return found
 
 
-@takes(robot=instance(FiveBar, Biglide))
+@takes_robot()
 def aspect(robot: FiveBar, number: int) -> Aspect:
     """Return the aspect of a number, as `aspects` counts them from 1.
 

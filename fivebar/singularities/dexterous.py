@@ -7,8 +7,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..base.checks import instance, share, takes
-from ..models.robots import Biglide, FiveBar
+from ..base.checks import share
+from ..base.robot_uses import takes_robot
+from ..models.robots import FiveBar
 from .aspects import Aspect, as_kind, aspects, in_mode, numbered, parts
 from .degenerate import settled
 from .five_bar_loci import FiveBarLoci
@@ -32,7 +33,7 @@ class DexterousRegion(Aspect):
     sin: float = 0.0
 
 
-@takes(robot=instance(FiveBar, Biglide), det_A=share, sin=share)
+@takes_robot(det_A=share, sin=share)
 def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[DexterousRegion, ...]:
     """Return the connected regions that keep a distance from singularities.
 
@@ -70,12 +71,6 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
     >>> all(region.area > 0 for region in regions)
     True
     """
-    if not robot.turns:
-        raise ValueError(
-            "dexterous: robot is a biglide, whose guides have no ends, and along them neither det A"
-            " nor the sines change: its regions are strips without ends, without an area; they need"
-            " strokes of the feet, which it has not"
-        )
     if max(det_A, sin) >= 1:
         return ()  # curves alone
     if det_A == sin == 0:

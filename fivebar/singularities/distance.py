@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.backend import EPS, is_symbolic, unpack
-from ..base.checks import instance, modes, optional, takes
+from ..base.checks import modes, optional
+from ..base.robot_uses import takes_robot
 from ..models.geometry import igm
-from ..models.robots import KINDS, Biglide, FiveBar
+from ..models.robots import Biglide, FiveBar
 from .loci import singularity_loci
 from .locus import Locus, pairs
 from .margins import Singularity
 from .roots import rising_zeros
 
 
-@takes(robot=instance(*KINDS), working=optional(modes(2)))
+@takes_robot(working=optional(modes(2)))
 def locus_distance(
     robot: FiveBar | Biglide, xi: ArrayLike, working: tuple[int, int] | None = None
 ) -> tuple[float | np.ndarray, Singularity | np.ndarray]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from ..base.checks import instance, takes
-from ..models.robots import KINDS, Biglide, FiveBar
+from ..base.robot_uses import takes_robot
+from ..models.robots import Biglide, FiveBar
 from .biglide_loci import BiglideLoci
 from .five_bar_loci import FiveBarLoci
 
 
-@takes(robot=instance(*KINDS))
+@takes_robot()
 def singularity_loci(robot: FiveBar | Biglide) -> FiveBarLoci | BiglideLoci:
     """Return the singularity loci in task space and in joint space, in closed form.
 

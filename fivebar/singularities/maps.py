@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.backend import HUGE
-from ..base.checks import one_of, takes
-from ..base.checks import robot as must_be_robot
+from ..base.checks import one_of
 from ..base.presentation import Paged
 from ..base.representation import one_line
+from ..base.robot_uses import takes_robot
 from ..base.tables import (
     STRANGE,
     BinaryFile,
@@ -159,7 +159,7 @@ class Map(Paged):
             raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
 
 
-@takes(robot=must_be_robot, field=one_of(*FIELDS), space=one_of("task", "joint"))
+@takes_robot(field=one_of(*FIELDS), space=one_of("task", "joint"))
 def singularity_map(
     robot: Robot,
     field: str = "parallel",

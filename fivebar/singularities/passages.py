@@ -15,11 +15,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..base.checks import instance, takes
 from ..base.representation import one_line
+from ..base.robot_uses import takes_robot
 from ..models.geometry import Pose, igm
 from ..models.kinematics import a_pose
-from ..models.robots import Biglide, FiveBar
+from ..models.robots import FiveBar
 from .aspects import Aspect, aspects
 from .locus import pairs
 from .margins import Singularity
@@ -175,7 +175,7 @@ def aspect_of(pose: Pose) -> Aspect:
     )
 
 
-@takes(robot=instance(FiveBar, Biglide), start=a_pose, goal=a_pose)
+@takes_robot(start=a_pose, goal=a_pose)
 def routes(robot: FiveBar, start: Pose, goal: Pose) -> tuple[Route, ...]:
     """Return the ways from start to goal through aspects, those with fewest crossings first.
 

@@ -11,7 +11,7 @@ import pytest
 import fivebar as fb
 from fivebar.base.errors import UsageError
 from fivebar.cli import COMMANDS, main
-from fivebar.cli.robot_options import add_robot_options, chosen_robot
+from fivebar.cli.robot_options import add_robot_options, chosen_machine
 from fivebar.models.named_robots import ROBOTS
 from tests.helpers import ROOT
 
@@ -323,9 +323,9 @@ viscous = [0.0176, 0.0176]
 
 
 def chosen(*options):
-    parser = argparse.ArgumentParser()
+    parser = argparse.ArgumentParser("design")
     add_robot_options(parser)
-    return chosen_robot(parser.parse_args(options))
+    return chosen_machine(parser.parse_args(options), "design").robot
 
 
 def test_a_robot_from_the_data_of_its_bars(tmp_path):

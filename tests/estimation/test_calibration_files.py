@@ -35,9 +35,7 @@ def test_a_file_of_a_calibration_comes_back(tmp_path):
         with pytest.raises(ValueError, match="bad.json: not a file of kind 'calibration"):
             fb.Calibration.from_json(tmp_path / "bad.json")
     found.machine.save(tmp_path / "robot.toml")
-    from fivebar.cli.robot_options import machine_from
-
-    assert machine_from(str(tmp_path / "robot.toml")) == found.machine
+    assert fb.load_machine(tmp_path / "robot.toml") == found.machine
 
 
 def test_pictures_of_points_of_halves_and_of_distances(tmp_path):
@@ -100,5 +98,5 @@ BAD = dict(q1=[0.1, 0.2], q2=[0.1, 0.2], x=[0.09, 0.09], y=[0.07, 0.07])
 def test_wrong_calls_are_refused_by_name(data, options, words):
     with pytest.raises(ValueError, match=words):
         fb.calibrate(LAB, data, **options)
-    with pytest.raises(TypeError, match="robot must be a FiveBar"):
+    with pytest.raises(ValueError, match="calibrate refuses a robot with kind = .biglide."):
         fb.calibrate(fb.Biglide(), data)

@@ -111,8 +111,8 @@ def test_robots_that_no_format_has():
         for format in (*SIMULATORS, "c"):
             with pytest.raises(ValueError, match="symbols as parameters"):
                 fb.export(robot, format)
-    with pytest.raises(TypeError, match="robot must be a FiveBar or a Biglide"):
-        fb.export("amoro", "c")
+    with pytest.raises(TypeError, match="robot must be a robot, as FiveBar"):
+        fb.export(5, "c")
     with pytest.raises(
         ValueError, match="MuJoCo takes no body below 1e-15 kg or kg m.2, and proximal2 would be"
     ):

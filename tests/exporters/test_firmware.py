@@ -10,10 +10,9 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.paths.machine import machine_of
 from tests.helpers.needs import need
 
-RRF = machine_of(fb.ROBOTS["reprapfirmware"].robot, fb.ROBOTS["reprapfirmware"].tables)
+RRF = fb.load_machine("reprapfirmware")
 PUBLISHED = (
     "M669 K9 X-54:54 Y-170:-170 L2 P129.5:127.5 D182:181 B251.9:144.3 A5:185:-90:360:-90:360"
     " C34:251:-71:146"
@@ -100,7 +99,7 @@ def test_margins_and_steps_are_written():
     [
         (fb.Machine(fb.FiveBar()), dict(working=(-1, 1)), "its L3"),
         (fb.Machine(fb.FiveBar(), frame=fb.Placement(turn=0.1)), {}, "frame is turned"),
-        (fb.Machine(fb.Biglide()), {}, "not of a biglide"),
+        (fb.Machine(fb.Biglide()), {}, "reprapfirmware refuses a robot with kind = .biglide."),
         (fb.Machine(fb.FiveBar(), tool=fb.Tool(1, 0.01, 0.01)), {}, "10 mm beside it"),
         (
             fb.Machine(fb.FiveBar(), constraints=fb.Constraints(joints=[(0.5, 6.6), None])),

@@ -13,11 +13,10 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.exporters.gcode_replay import read_joint_gcode, replayed
-from fivebar.paths.machine import machine_of
 from fivebar.paths.strokes import with_pen_time
 
-PLOTCLOCK = machine_of(fb.ROBOTS["plotclock"].robot, fb.ROBOTS["plotclock"].tables)
-RRF = machine_of(fb.ROBOTS["reprapfirmware"].robot, fb.ROBOTS["reprapfirmware"].tables)
+PLOTCLOCK = fb.load_machine("plotclock")
+RRF = fb.load_machine("reprapfirmware")
 STROKES = [[(-0.02, 0.05), (0.02, 0.05), (0.02, 0.065)], [(-0.02, 0.065), (-0.02, 0.05)]]
 LIMITS = fb.Constraints(speed=0.05, acceleration=0.5)
 TURNED = replace(PLOTCLOCK, offset=(0.3, -0.2), ratio=(-1.0, 0.25))

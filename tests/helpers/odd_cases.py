@@ -169,6 +169,7 @@ WORDS_OF_FILES = (
     "the open file",
     "no quantity",
     "at least one run",
+    "no robot",
 )
 
 CASES = {

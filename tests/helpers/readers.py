@@ -23,7 +23,6 @@ from fivebar.base.errors import UsageError
 from fivebar.base.shards import MANIFEST, read_chunk, read_manifest
 from fivebar.base.units import METRES, SECONDS
 from fivebar.cli.grade_folder import _ids
-from fivebar.cli.robot_options import machine_from
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.grading.course import marks, settings
 from fivebar.grading.course.cohort import begin
@@ -212,14 +211,9 @@ def readers():
             _partial, "it.jsonl", (b'{"robot": 1}\n{"problem": "p", "method": "m", "knob": 1.0}\n',)
         ),
         "robot.toml": Reader(
-            lambda path: machine_from(str(path)),
-            "it.toml",
-            (TOML.encode(), toml_links.encode(), MACHINE.encode()),
-            (UsageError,),
+            fb.load_machine, "it.toml", (TOML.encode(), toml_links.encode(), MACHINE.encode())
         ),
-        "robot.json": Reader(
-            lambda path: machine_from(str(path)), "it.json", (numbers.encode(),), (UsageError,)
-        ),
+        "robot.json": Reader(fb.load_machine, "it.json", (numbers.encode(),)),
         "hand-in.py": Reader(
             _submission, "it.py", (solution[:3000], "# é\nl = 0.09\n".encode("latin-1"))
         ),

@@ -140,7 +140,7 @@ def test_folders_that_cannot_be_used(tmp_path):
         (
             lambda: fb.sweep("bars", {"l1": [0.1]}, robot=5),
             TypeError,
-            "robot must be a FiveBar or a Biglide, not 5",
+            "robot must be a robot, as FiveBar",
         ),
         (
             lambda: fb.sweep("bars", {"l1": [0.1]}, chunk=0),

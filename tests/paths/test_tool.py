@@ -10,15 +10,11 @@ from mpmath import iv, mp, mpf
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.paths.certificates import checker
-from fivebar.paths.machine import machine_of
 from fivebar.paths.placing.tool_regions import tool_regions
 from fivebar.paths.tool import MountedTool
 from fivebar.singularities.regions import inside
 
-NAMED = {
-    name: machine_of(fb.ROBOTS[name].robot, fb.ROBOTS[name].tables)
-    for name in ("plotclock", "reprapfirmware")
-}
+NAMED = {name: fb.load_machine(name) for name in ("plotclock", "reprapfirmware")}
 PLOTCLOCK = NAMED["plotclock"]
 MODES = 1, -1
 SQUARE = [(-0.02, 0.05), (0.02, 0.05), (0.02, 0.065), (-0.02, 0.065), (-0.02, 0.05)]

@@ -359,5 +359,5 @@ def test_any_robot(l11, l12, l21, l22, d):
 
 
 def test_bad_input():
-    with pytest.raises(TypeError, match="must be a FiveBar or a Biglide, not 'amoro'"):
-        singularity_loci("amoro")
+    with pytest.raises(ValueError, match="no robot 'gantry': the known ones are amoro"):
+        singularity_loci("gantry")

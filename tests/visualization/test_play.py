@@ -419,7 +419,7 @@ def test_python_says_the_same(tmp_path, capsys):
         fb.play(ROBOT, live.pose)
     with pytest.raises(ValueError, match="single one"):
         fb.play(ROBOT, fb.igm(ROBOT, [(0.09, 0.068)] * 2))
-    with pytest.raises(TypeError, match="robot must be a FiveBar"):
+    with pytest.raises(ValueError, match="play refuses a robot with kind = .biglide."):
         fb.play(fb.Biglide())
     out = tmp_path / "live.html"
     assert (

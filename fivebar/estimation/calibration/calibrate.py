@@ -13,16 +13,15 @@ from ...base.backend import real_numbers, wrap
 from ...base.checks import (
     LONGEST,
     SHORTEST,
-    instance,
     number,
     one_of,
     optional,
     positive,
     shown,
     strings,
-    takes,
     two_numbers,
 )
+from ...base.robot_uses import takes_robot
 from ...base.tables import FilePath
 from ...models.robots import FiveBar
 from .backlash import told
@@ -47,8 +46,7 @@ TURNED = "offset1", "offset2", "turn"
 DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
 
-@takes(
-    robot=instance(FiveBar),
+@takes_robot(
     unknown=strings,
     sigma=optional(positive),
     loss=one_of(*LOSSES),

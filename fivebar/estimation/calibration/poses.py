@@ -11,9 +11,10 @@ import numpy as np
 from numpy import ndarray
 
 from ...base.backend import finite_numbers, real_numbers
-from ...base.checks import instance, number, one_of, positive, shown, strings, takes, whole
+from ...base.checks import number, one_of, positive, shown, strings, whole
 from ...base.presentation import Plotted
 from ...base.representation import one_line
+from ...base.robot_uses import takes_robot
 from ...base.tables import TextFile, written
 from ...models.geometry import Pose, igm, task_pose
 from ...models.robots import FiveBar
@@ -93,8 +94,7 @@ class MeasurementPoses(Plotted):
                 lines.writerow([*q, "", "", *self.working[k], self.assembly[k], *xi])
 
 
-@takes(
-    robot=instance(FiveBar),
+@takes_robot(
     n=whole(1, 1000),
     unknown=strings,
     criterion=one_of("tip", "D"),

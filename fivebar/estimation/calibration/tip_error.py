@@ -11,9 +11,10 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ...base.backend import finite_numbers, unpack
-from ...base.checks import instance, not_negative, one_of, shown, takes, whole
+from ...base.checks import not_negative, one_of, shown, whole
 from ...base.presentation import Plotted
 from ...base.representation import one_line
+from ...base.robot_uses import takes_robot
 from ...models.geometry import Pose, igm
 from ...models.robots import FiveBar
 from .calibrate import known_names
@@ -111,11 +112,8 @@ class TipError(Plotted):
         return dict(zip(self.names, (parts / total).T))
 
 
-@takes(
-    robot=instance(FiveBar),
-    samples=whole(10, 1_000_000),
-    seed=whole(0, 2**63),
-    distribution=one_of("normal", "uniform"),
+@takes_robot(
+    samples=whole(10, 1_000_000), seed=whole(0, 2**63), distribution=one_of("normal", "uniform")
 )
 def tip_error(
     robot: FiveBar,

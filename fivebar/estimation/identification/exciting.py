@@ -23,10 +23,10 @@ from numpy import ndarray
 from scipy.linalg import null_space
 from scipy.optimize import minimize
 
-from ...base.checks import modes, number, optional, positive, seconds, strings, takes, whole
-from ...base.checks import robot as must_be_robot
+from ...base.checks import modes, number, optional, positive, seconds, strings, whole
 from ...base.progress import progress
 from ...base.representation import one_line
+from ...base.robot_uses import takes_robot
 from ...base.tables import TextFile, write
 from ...models.compiled import Buffered
 from ...models.dynamics import inverse_dynamics
@@ -121,8 +121,7 @@ class _Series:
         return np.concatenate([acc.rates.pose.xi, acc.rates.xi_dot, acc.xi_ddot], axis=-1)
 
 
-@takes(
-    robot=must_be_robot,
+@takes_robot(
     period=seconds,
     cycles=whole(1, 1000),
     harmonics=whole(2, 20),

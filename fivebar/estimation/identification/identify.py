@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
-from ...base.checks import flag, modes, optional, positive, strings, takes
-from ...base.checks import robot as must_be_robot
+from ...base.checks import flag, modes, optional, positive, strings
+from ...base.robot_uses import takes_robot
 from ...models.geometry import dgm
 from ...models.robots import Robot
 from ..logs.logs import Gauges
@@ -27,12 +27,8 @@ BIASED = 0.3  # standard deviations by which noise of the encoders may bend a va
 SURE = 4.0  # standard deviations below 0: no mass and no friction can be there
 
 
-@takes(
-    robot=must_be_robot,
-    unknown=optional(strings),
-    assembly=modes(1),
-    cutoff=optional(positive),
-    consistent=flag,
+@takes_robot(
+    unknown=optional(strings), assembly=modes(1), cutoff=optional(positive), consistent=flag
 )
 def identify(
     robot: Robot,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...base.checks import modes
-from ...base.checks import robot as must_be_robot
+from ...base.robot_uses import robot_for
 from ...models.dynamics import energy
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
@@ -95,7 +95,7 @@ def from_log(
         source = {"t": t, **columns}
     elif extra := [name for name, column in columns.items() if column is not None]:
         raise ValueError(f"from_log: columns beside a file or a mapping: {', '.join(extra)}")
-    own: Any = FiveBar() if robot is None else must_be_robot(robot, "robot")
+    own: Any = FiveBar() if robot is None else robot_for("fb.from_log")(robot, "robot")
     if assembly is not None:
         assembly = modes(1)(assembly, "assembly")
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)

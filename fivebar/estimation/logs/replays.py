@@ -12,10 +12,10 @@ from numpy import ndarray
 from scipy.interpolate import make_splrep
 
 from ...base.checks import a_callable, instance, one_of, optional, positive, takes
-from ...base.checks import robot as must_be_robot
 from ...base.errors import SingularityError, UnreachableError
 from ...base.presentation import Animated
 from ...base.representation import one_line
+from ...base.robot_uses import robot_for
 from ...control.laws import ComputedTorque
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
@@ -102,7 +102,7 @@ class Replay(Animated):
 
 @takes(
     run=instance("Run"),
-    robot=optional(must_be_robot),
+    robot=optional(robot_for("fb.replay")),
     by=one_of("torques", "reference"),
     controller=optional(a_callable),
     restart=optional(positive),

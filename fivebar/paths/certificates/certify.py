@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import flint
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...base.checks import instance, modes, not_negative, optional
+from ...base.checks import instance, modes, not_negative
 from ...base.progress import progress
 from ...base.representation import one_line
+from ...base.robot_uses import takes_robot
 from ...base.tables import TextFile, written
-from ...constraints.constraints import MARGINS, Constraints, refuse_others
+from ...constraints.constraints import Constraints, kept_by
 from ...models.geometry import igm
 from ...models.robots import FiveBar
 from ..curve import Path
@@ -110,12 +110,13 @@ class Certificate:
             json.dump(self.claim | {"sha256": digest(self.claim)}, out)
 
 
+@takes_robot(path=instance(Path), constraints=kept_by("fb.certify"), working=modes(2))
 def certify(
     robot: FiveBar,
     path: Path,
     tolerances: float | Mapping[str, float] = 0.0,
     constraints: Constraints | None = None,
-    working: ArrayLike = (-1, -1),
+    working: tuple[int, int] = (-1, -1),
 ) -> Certificate:
     """Return a proof that every robot within the tolerances reaches a whole path in one mode.
 
@@ -125,14 +126,15 @@ def certify(
 
     Parameters
     ----------
-    robot : FiveBar
+    robot : FiveBar or Machine
     path : Path
-        Lines, arcs and polynomials, exactly as their numbers say.
+        Lines, arcs and polynomials, exactly as their numbers say. Of a Machine it is that of its
+        tool, in its measuring frame.
     tolerances : float or {name: float}
         Tolerance, m, of all five lengths or of those named.
     constraints : Constraints, optional
-        det_A and sin, which must be equal: least |det A|, |sin q12| and |sin q22|. By default they
-        are proved to be above 0.
+        det_A and sin: the larger one is the margin, the least |det A|, |sin q12| and |sin q22|. By
+        default all three are proved to be above 0.
     working : (2,)
         Working modes.
 
@@ -145,25 +147,15 @@ def certify(
     Raises
     ------
     ValueError
-        The tolerances leave nothing of a length, or a constraint is not one of these two.
+        The tolerances leave nothing of a length, or another constraint is named.
     """
-    robot = instance(FiveBar)(robot, "certify: robot")
-    path = instance(Path)(path, "certify: path")
-    constraints = optional(instance(Constraints))(constraints, "certify: constraints")
-    refuse_others(constraints, "certify", MARGINS)
-    margin = 0.0 if constraints is None else constraints.sin
-    if constraints is not None and constraints.det_A != margin:
-        raise ValueError(
-            f"certify: det_A = {constraints.det_A:g} and sin = {margin:g} must be equal: one margin"
-            " is proved for all three sines"
-        )
-    working = modes(2)(working, "certify: working")
+    constraints = constraints or Constraints()
     claim: dict = {
         "robot": {name: float(getattr(robot, name)) for name in LENGTHS},
         "tolerances": _tolerances(robot, tolerances),
         "working": list(working),
         "assembly": _assembly(robot, path, working),
-        "margin": margin,
+        "margin": max(constraints.det_A, constraints.sin),
         "pieces": [_plain(piece) for piece in path.pieces],
         "parts": [],
     }

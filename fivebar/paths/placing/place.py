@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.checks import flag, instance, modes, number, optional, positive, takes, two_numbers
+from ...base.checks import flag, instance, modes, number, optional, positive, two_numbers
 from ...base.representation import one_line
-from ...constraints.constraints import ON_POSES, Constraints, refuse_others
+from ...base.robot_uses import takes_robot
+from ...constraints.constraints import Constraints, kept_by
 from ...constraints.disc import bounded_by
-from ...models.robots import Biglide, FiveBar
+from ...models.robots import FiveBar
 from ...singularities.aspects import Aspect
 from ...singularities.dexterous import dexterous
 from ..curve import Path
@@ -94,10 +95,9 @@ class Placed:
         return "" if self.largest_bound is None else f", scale {self.largest_bound:.6g} at most"
 
 
-@takes(
-    robot=instance(FiveBar, Biglide),
+@takes_robot(
     path=optional(instance(Path)),
-    constraints=optional(instance(Constraints)),
+    constraints=kept_by("fb.place"),
     working=optional(modes(2)),
     strokes=flag,
     tool=optional(instance(Tool)),
@@ -169,14 +169,8 @@ def place(
     >>> sheet.clearance <= sheet.clearance_bound <= 1.01 * sheet.clearance
     True
     """
-    refuse_others(constraints, "place", (*ON_POSES, "clearance"))
     constraints = Constraints() if constraints is None else constraints
     margin = constraints.clearance
-    if not robot.turns:
-        raise ValueError(
-            "place: a biglide's aspects are strips without ends: place a path by hand between its"
-            " loci"
-        )
     if page is not None and path is None:
         width, height = two_numbers(page, "place: page")
         page = positive(width, "place: page's width"), positive(height, "place: page's height")

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...constraints.boundaries import facing
-from ...constraints.constraints import ON_POSES, Constraints, refuse_others
+from ...constraints.constraints import Constraints, kept_by
 from ...constraints.disc import BoundedAspect, bounded_by
 from ...models.geometry import igm
 from ...models.robots import FiveBar
@@ -94,8 +94,7 @@ def tool_regions(
     >>> len(tool_regions(fb.Tool(1, 0.02), fb.FiveBar(), (-1, -1)))
     2
     """
-    refuse_others(constraints, "tool_regions", ON_POSES)
-    constraints = constraints or Constraints()
+    constraints = kept_by("fb.tool_regions")(constraints, "constraints") or Constraints()
     robot = settled(robot)
     found = []
     mode: Any

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.checks import instance, modes, number, optional, seconds, takes
-from ...base.checks import robot as must_be_robot
-from ...constraints.constraints import ON_POSES, PER_JOINT, Constraints, refuse_others
+from ...base.checks import instance, modes, number, optional, seconds
+from ...base.robot_uses import takes_robot
+from ...constraints.constraints import ON_POSES, Constraints, kept_by
 from ...constraints.path_check import SAMPLES
 from ...constraints.violations import broken
 from ...models.dynamics import gravity_torques
@@ -36,12 +36,11 @@ SLOW = 0.01  # of its lower bound: a motion that takes so much longer is warned 
 AMPLE = 4.0  # times the torques that hold the robot, where none are given
 
 
-@takes(
-    robot=must_be_robot,
+@takes_robot(
     path=instance(Path, what="a Path, as fivebar.path gives"),
     duration=optional(seconds),
     working=modes(2),
-    constraints=optional(instance(Constraints)),
+    constraints=kept_by("fb.time_path"),
 )
 def time_path(
     robot: Robot,
@@ -109,9 +108,6 @@ def time_path(
     >>> 1 - timed.lower_bound / timed.duration < 1e-3
     True
     """
-    refuse_others(
-        constraints, "time_path", (*PER_JOINT, "speed", "acceleration", "jerk", *ON_POSES)
-    )
     if path.tool is not None:
         path.tool.refuse_other(robot, working, "time_path")
     constraints = Constraints() if constraints is None else constraints

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.integrate import DOP853
 
-from ...base.checks import instance, optional, takes
+from ...base.checks import instance, optional
 from ...base.representation import one_line
+from ...base.robot_uses import takes_robot
 from ...linkages import FourBar, SixBarPress, SliderCrank
 from ...models.geometry import Pose, dgm, igm
 from ...models.named_robots import ROBOTS
@@ -62,10 +63,8 @@ class LivePage(WebPage):
         return _page(as_json(content), "Linkage, live")  # its script says which
 
 
-@takes(
-    robot=optional(instance(FiveBar, FourBar, SliderCrank, SixBarPress)),
-    pose=optional(instance(Pose)),
-    tool=optional(instance(Tool)),
+@takes_robot(
+    FourBar, SliderCrank, SixBarPress, pose=optional(instance(Pose)), tool=optional(instance(Tool))
 )
 def play(
     robot: FiveBar | Linkage | None = None,
