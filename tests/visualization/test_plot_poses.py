@@ -74,3 +74,36 @@ def test_a_biglide_stands_on_its_guides():
 def test_what_cannot_be_drawn(poses, titles, message):
     with pytest.raises(ValueError, match=message):
         fb.plot.pose(poses, titles)
+
+
+@pytest.mark.parametrize("robot", [ROBOT, fb.Biglide()], ids=["five-bar", "biglide"])
+def test_ellipses_are_of_the_velocities_and_forces_of_the_pose(robot):
+    """Velocities by finite differences; forces by their power, tau . q', at these velocities."""
+    pose = fb.igm(
+        robot, [(0.05, 0.19), (0.0, 0.16)] if robot is not ROBOT else [(0.05, 0.09), (0.0, 0.1)]
+    )
+    angles, step = np.linspace(0, 2 * np.pi, 181), 1e-6
+    units = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    ends = {}
+    for kind in ("velocity", "force"):
+        figure = fb.plot.pose(pose, ellipse=kind)
+        curves = [axes.lines[-1].get_xydata() for axes in figure.axes]
+        ends[kind] = np.array(curves) - 1e3 * pose.xi[:, None]
+        longest = [float(axes.get_title().split(" up to ")[1].split()[0]) for axes in figure.axes]
+        sizes = np.linalg.norm(ends[kind], axis=-1).max(axis=-1)
+        assert longest[0] / longest[1] == pytest.approx(sizes[0] / sizes[1], rel=0.01)
+        ends[kind] *= longest[0] / sizes[0]
+    moved = [fb.dgm(robot, pose.q[k] + step * units, pose.assembly[k]).xi for k in range(2)]
+    found = (np.array(moved) - pose.xi[:, None]) / step
+    np.testing.assert_allclose(ends["velocity"], found, rtol=0.01, atol=0.01 * np.abs(found).max())
+    power = ends["force"] @ ends["velocity"].swapaxes(-1, -2)
+    np.testing.assert_allclose(power, np.tile(units @ units.T, (2, 1, 1)), atol=0.02)
+
+
+def test_an_ellipse_without_an_end_is_refused():
+    folded = fb.dgm(ROBOT, fb.igm(ROBOT, (0.05, 0.09)).q[[0, 0]])
+    straight = fb.igm(ROBOT, (-0.059 + 0.18 * np.cos(1.0), 0.18 * np.sin(1.0)))
+    with pytest.raises(fb.SingularityError, match="the force has no bound: pose 1 is of Type 1"):
+        fb.plot.pose([folded, straight], ellipse="force")
+    with pytest.raises(ValueError, match="ellipse"):
+        fb.plot.pose(folded, ellipse="round")

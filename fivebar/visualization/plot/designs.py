@@ -14,8 +14,18 @@ from ...models.robots import FiveBar
 from ...optimal_design.figures import FIGURES
 from ...optimal_design.task import SAMPLES, Task
 from ..skeleton import pose_body
-from ..style import BLACK, BLUE, RUST
-from .panels import PALETTES, STYLES, draw, draw_points, draw_robot, new_figure, plane, set_window
+from ..style import BLACK, BLUE, RUST, largest_of, readable
+from .panels import (
+    PALETTES,
+    STYLES,
+    draw,
+    draw_points,
+    draw_robot,
+    finish,
+    new_figure,
+    plane,
+    set_window,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +34,7 @@ if TYPE_CHECKING:
     from ...optimal_design.sweeps import Sweep
 
 MOST_POINTS = 200_000  # that a picture shows, evenly chosen
+UNITS = {"m²": (1e4, "cm²"), "rad": (180 / np.pi, "deg")}  # shown in place of these
 
 
 def label(name: str) -> str:
@@ -36,43 +47,80 @@ def label(name: str) -> str:
 
 
 def draw_sweep(sweep: Sweep, figure: str | None = None) -> Figure:
-    """Draw a figure of merit over what varies."""
-    name = figure or sweep.figures[0]
-    values = sweep[name]
+    """Draw the figures of merit, or one of them, over what varies, and mark the best design."""
+    figures = [figure] if figure else list(sweep.figures)
     columns = {name: sweep[name] for name in sweep.names}
-    good = np.flatnonzero(np.isfinite(values))
+    values = {name: sweep[name] for name in figures}
+    good = np.flatnonzero(np.isfinite(list(values.values())).any(axis=0))
     if not len(good):
         raise ValueError(
-            f"there is nothing to draw: {name} is finite in none of {len(values)} designs"
+            f"there is nothing to draw: {' or '.join(figures)} is finite in none of {sweep.count}"
+            " designs"
         )
-    title = FIGURES[name].label if name in FIGURES else name
     if set(columns) == {"r1", "r2", "r3"} and np.ptp(sum(columns.values())) < 1e-9:
-        return _atlas(columns, values, good, name)
-    good = good[:: max(1, len(values) // MOST_POINTS)]
-    varied = {name: column[good] for name, column in columns.items() if np.ptp(column[good]) > 0}
-    varied = varied or {name: column[good] for name, column in columns.items()}
-    values = values[good]
-    if len(varied) == 2:
-        picture = new_figure(5.6, 4.4)
-        axes = picture.subplots()
-        (first, x), (second, y) = varied.items()
-        points = axes.scatter(x, y, c=values, s=12, cmap=PALETTES["lines"], lw=0)
-        picture.colorbar(points, label=title)
-        axes.set(xlabel=label(first), ylabel=label(second))
-        return picture
-    picture = new_figure(min(3.4 * len(varied), 12) + 0.6, 3.4)
-    panels = picture.subplots(1, len(varied), sharey=True, squeeze=False)[0]
-    if len(varied) > 1:
-        style = dict(marker=".", ls="none", ms=2, alpha=0.5)
+        return _atlas(columns, values[figures[0]], good, figures[0])
+    varied = {name: column for name, column in columns.items() if np.ptp(column[good]) > 0}
+    varied = {_words(name, column): column for name, column in (varied or columns).items()}
+    scaled = {words: factor * column for (words, factor), column in varied.items()}
+    shown = {_words(name, column): (name, column) for name, column in values.items()}
+    if len(scaled) == 2:
+        picture, drawing = (
+            new_figure(5.6 * min(len(shown), 2), 4.4 * -(-len(shown) // 2)),
+            _contours,
+        )
+        panels = picture.subplots(-(-len(shown) // 2), min(len(shown), 2), squeeze=False).ravel()
+        for axes in panels[len(shown) :]:
+            axes.remove()
     else:
-        style = {}
-    for axes, (parameter, column) in zip(panels, varied.items()):
-        order = np.argsort(column, kind="stable")
-        axes.plot(column[order], values[order], color=BLUE, **style)
-        axes.set_xlabel(label(parameter))
-        axes.grid(alpha=0.25)
-    panels[0].set_ylabel(title)
+        size = min(3.4 * len(scaled), 12) + 0.6, 3.4 * len(shown)
+        picture, drawing = new_figure(*size), _curves
+        panels = picture.subplots(len(shown), len(scaled), sharey="row", squeeze=False)
+    for axes, ((words, factor), (name, column)) in zip(panels, shown.items()):
+        best = sweep.best(name)
+        drawing(picture, axes, scaled, factor * column, words, best[0] if len(best) else None)
     return picture
+
+
+def _words(name, column):
+    """Return a column's name with the unit in which it reads well, and the unit's factor."""
+    words = FIGURES[name].label if name in FIGURES else label(name)
+    start, _, unit = words.removesuffix(")").rpartition(" (")
+    if unit in UNITS:
+        factor, unit = UNITS[unit]
+    elif unit in ("m", "N", "N m", "m/s"):
+        factor, unit = readable(largest_of(column), unit)
+    else:
+        return words, 1.0
+    return (f"{start} ({unit})", factor) if factor else (words, 1.0)
+
+
+def _contours(picture, axes, varied, values, words, best):
+    """Fill a plane of two parameters by a figure of merit, with labelled levels."""
+    (first, x), (second, y) = varied.items()
+    good = np.flatnonzero(np.isfinite(values))
+    good = good[:: max(1, len(good) // MOST_POINTS)]
+    field = x[good], y[good], values[good], 10
+    filled = axes.tricontourf(*field, cmap=PALETTES["lines"])
+    axes.clabel(axes.tricontour(*field, colors="k", linewidths=0.5), fontsize=7)
+    picture.colorbar(filled, ax=axes, label=words)
+    draw(
+        axes, "mark.chosen", [x[best]], [y[best]], clip_on=False, label=f"best: {values[best]:.4g}"
+    )
+    finish(axes, 1, xlabel=first, ylabel=second)
+
+
+def _curves(picture, row, varied, values, words, best):
+    """Draw a figure of merit over each of some parameters."""
+    chosen = np.arange(len(values))[:: max(1, len(values) // MOST_POINTS)]
+    style = dict(marker=".", ls="none", ms=2, alpha=0.5) if len(varied) > 1 else {}
+    for axes, (parameter, column) in zip(np.atleast_1d(row), varied.items()):
+        order = chosen[np.argsort(column[chosen], kind="stable")]
+        axes.plot(column[order], values[order], color=BLUE, **style)
+        if best is not None:
+            draw(axes, "mark.chosen", [column[best]], [values[best]])
+        axes.set_xlabel(parameter)
+        axes.grid(alpha=0.25)
+    np.atleast_1d(row)[0].set_ylabel(words)
 
 
 def _atlas(columns, values, good, name):

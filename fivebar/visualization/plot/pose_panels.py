@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...base.checks import one_of
+from ...base.errors import SingularityError
 from ...models.geometry import Pose
 from ..skeleton import pose_body
-from ..style import signs
+from ..style import PATH, signs
 from .panels import draw_points, draw_robot, new_figure, plane, set_window
 
 if TYPE_CHECKING:
@@ -19,7 +21,12 @@ IN_A_ROW = 4
 WIDTH = 3.2  # in, of a panel
 
 
-def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> Figure:
+ELLIPSES = {"velocity": "m/s for 1 rad/s", "force": "N for 1 N m"}
+
+
+def pose(
+    poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None, ellipse: str | None = None
+) -> Figure:
     """Return the figure of poses of one robot, side by side to one scale.
 
     Parameters
@@ -28,6 +35,9 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
         Single ones or batches (n,).
     titles : sequence of str, optional
         A text for each; their modes by default.
+    ellipse : {"velocity", "force"}, optional
+        Around the end-effector, the ends of all velocities at motor rates q1'^2 + q2'^2 = 1, or of
+        all forces at motor torques of size 1; to one scale, its longest half axis is in the title.
 
     Returns
     -------
@@ -38,6 +48,8 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
     ------
     ValueError
         For no pose, poses that do not close, and titles that do not fit.
+    SingularityError
+        An ellipse where it has no end: of velocity at Type 2, of force at Type 1.
 
     Examples
     --------
@@ -67,13 +79,44 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
     shape = (height + margin) / (width + margin)
     figure = new_figure(WIDTH * columns + 0.5, rows * (WIDTH * shape + 0.35) + 0.5)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    if ellipse is not None:
+        ends = _ends(poses, one_of(*ELLIPSES)(ellipse, "ellipse"))
+        sizes = np.linalg.norm(ends, axis=-1).max(axis=-1)
+        unit = ELLIPSES[ellipse] if poses[0].robot.turns else ELLIPSES[ellipse].replace("rad", "m")
+        titles = [
+            f"{title}\n{ellipse} up to {size:.3g} {unit}" for title, size in zip(titles, sizes)
+        ]
+        curves = (
+            body.points[:, body.traced][:, None] + 0.3 * max(width, height) / sizes.max() * ends
+        )
+        points = np.concatenate([points, curves], axis=1)
     for sample, (axes, title) in enumerate(zip(panels, titles)):
         draw_robot(axes, body, sample)
         draw_points(axes, "robot.end-effector", body.points[sample, body.traced])
         set_window(axes, points)
+        if ellipse is not None:
+            draw_points(axes, "line.medium", curves[sample], color=PATH)
         plane(axes)
         axes.set_title(title, fontsize=9)
         axes.label_outer()
     for axes in panels[len(modes) :]:
         axes.remove()
     return figure
+
+
+def _ends(poses, ellipse):
+    """Return ends (poses, angles, 2) at the end-effector of the motors' unit rates or torques."""
+    A, B = (
+        np.concatenate([getattr(batch, name).reshape(-1, 2, 2) for batch in poses]) for name in "AB"
+    )
+    singular, other, kind = (A, B, 2) if ellipse == "velocity" else (B, A, 1)
+    margins = np.abs(np.linalg.det(singular)) / np.abs(singular).max(axis=(1, 2)) ** 2
+    worst = int(np.argmin(margins))
+    if margins[worst] < 1e-12:
+        words = f"the {ellipse} has no bound: pose {worst} is of Type {kind}"
+        raise SingularityError(words, margins[worst], (worst,))
+    shares = np.linalg.solve(singular, other)
+    if ellipse == "velocity":
+        shares = shares.swapaxes(-1, -2)
+    angles = np.linspace(0, 2 * np.pi, 181)
+    return np.stack([np.cos(angles), np.sin(angles)], axis=-1) @ shares
