@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import fivebar as fb
 from fivebar.singularities.aspects import aspects
@@ -187,3 +188,28 @@ def test_text_in_files_is_text(tmp_path):
     streams = (tmp_path / "path.pdf").read_bytes()
     assert b"/CIDFontType2" in streams and b"/Type3" not in streams
     assert "x (mm)</text>" in (tmp_path / "path.svg").read_text("utf-8")
+
+
+def test_a_map_for_a_journals_column_and_for_a_figure_of_ones_own():
+    data = singularity_map(AMORO, shape=(21, 21))
+    figure = pictures.singularity_map(data, modes=[(1, -1)], width="column")
+    assert figure.get_figwidth() * 25.4 == pytest.approx(88)
+    (panel,) = panels(figure)
+    assert panel.get_title().startswith("working modes (+1, −1)")
+    figure.draw_without_rendering()
+    texts = [
+        *panel.get_xticklabels(),
+        panel.title,
+        panel.xaxis.label,
+        *figure.legends[0].get_texts(),
+    ]
+    assert {5.5 < text.get_fontsize() <= 7 for text in texts} == {True}
+    own = Figure()
+    mine = own.subplots(1, 3)
+    assert pictures.singularity_map(data, modes=[(1, -1), (-1, 1)], axes=mine[:2]) is own
+    assert fb.plot.pose(fb.igm(AMORO, (0.05, 0.09)), axes=mine[2]) is own and not own.legends
+    assert all(axes.get_title() for axes in mine)
+    with pytest.raises(ValueError, match="axes: 3 of them for 4 panels"):
+        pictures.singularity_map(data, axes=mine)
+    with pytest.raises(ValueError, match="modes: .*, where the map has"):
+        pictures.singularity_map(data, modes=[(1, 0)])

@@ -69,6 +69,26 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+def new_panels(
+    axes: Any, count: int, columns: int, width: float, height: float
+) -> tuple[Figure, np.ndarray]:
+    """Return a figure and its panels, (count,): those of `axes` where they are given, else new
+    ones in rows of `columns`, each so wide and high in inches.
+    """
+    if axes is not None:
+        panels = np.ravel(axes)
+        if len(panels) != count:
+            raise ValueError(f"axes: {len(panels)} of them for {count} panels")
+        return panels[0].figure, panels
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    figure = new_figure(width * columns + 0.5, height * rows + 0.5)
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    for unused in panels[count:]:
+        unused.remove()
+    return figure, panels[:count]
+
+
 def finish(axes: Axes, columns: int, **words) -> None:
     """Set labels, title and limits of a panel, a pale grid, and its legend under it."""
     axes.set(**words)
@@ -82,7 +102,7 @@ def finish(axes: Axes, columns: int, **words) -> None:
 def figure_legend(figure: Figure, handles: list, columns: int) -> None:
     """Put a legend under all panels of a figure."""
     place: dict = dict(loc="outside lower center", ncols=columns, handlelength=3.2)
-    figure.legend(handles=handles, fontsize=9, frameon=False, **place)
+    figure.legend(handles=handles, fontsize="small", frameon=False, **place)
 
 
 def plane(axes: Axes, columns: int = 0, title: str = "") -> None:

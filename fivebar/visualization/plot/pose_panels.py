@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ...base.errors import SingularityError
 from ...models.geometry import Pose
 from ..skeleton import pose_body
 from ..style import PATH, signs
-from .panels import draw_points, draw_robot, new_figure, plane, set_window
+from .panels import draw_points, draw_robot, new_panels, plane, set_window
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +25,10 @@ ELLIPSES = {"velocity": "m/s for 1 rad/s", "force": "N for 1 N m"}
 
 
 def pose(
-    poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None, ellipse: str | None = None
+    poses: Pose | Iterable[Pose],
+    titles: Sequence[str] | None = None,
+    ellipse: str | None = None,
+    axes: Any = None,
 ) -> Figure:
     """Return the figure of poses of one robot, side by side to one scale.
 
@@ -38,6 +41,8 @@ def pose(
     ellipse : {"velocity", "force"}, optional
         Around the end-effector, the ends of all velocities at motor rates q1'^2 + q2'^2 = 1, or of
         all forces at motor torques of size 1; to one scale, its longest half axis is in the title.
+    axes : Axes or sequence of Axes, optional
+        Panels of a figure of one's own, one for each pose; a new figure without.
 
     Returns
     -------
@@ -72,13 +77,10 @@ def pose(
     points = body.points[:, body.joints]
     if not np.isfinite(points).all():
         raise ValueError("a pose that does not close (nan) cannot be drawn")
-    columns = min(len(modes), IN_A_ROW)
-    rows = -(-len(modes) // columns)
     width, height = np.ptp(points.reshape(-1, 2), axis=0)
     margin = 0.24 * max(width, height)
     shape = (height + margin) / (width + margin)
-    figure = new_figure(WIDTH * columns + 0.5, rows * (WIDTH * shape + 0.35) + 0.5)
-    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    figure, panels = new_panels(axes, len(modes), IN_A_ROW, WIDTH, WIDTH * shape + 0.35)
     if ellipse is not None:
         ends = _ends(poses, one_of(*ELLIPSES)(ellipse, "ellipse"))
         sizes = np.linalg.norm(ends, axis=-1).max(axis=-1)
@@ -90,17 +92,16 @@ def pose(
             body.points[:, body.traced][:, None] + 0.3 * max(width, height) / sizes.max() * ends
         )
         points = np.concatenate([points, curves], axis=1)
-    for sample, (axes, title) in enumerate(zip(panels, titles)):
-        draw_robot(axes, body, sample)
-        draw_points(axes, "robot.end-effector", body.points[sample, body.traced])
-        set_window(axes, points)
+    for sample, (panel, title) in enumerate(zip(panels, titles)):
+        draw_robot(panel, body, sample)
+        draw_points(panel, "robot.end-effector", body.points[sample, body.traced])
+        set_window(panel, points)
         if ellipse is not None:
-            draw_points(axes, "line.medium", curves[sample], color=PATH)
-        plane(axes)
-        axes.set_title(title, fontsize=9)
-        axes.label_outer()
-    for axes in panels[len(modes) :]:
-        axes.remove()
+            draw_points(panel, "line.medium", curves[sample], color=PATH)
+        plane(panel)
+        panel.set_title(title, fontsize=9)
+        if axes is None:
+            panel.label_outer()
     return figure
 
 
