@@ -23,7 +23,7 @@ PLACE = {
     "--page M M": "width and height of a sheet, all of it in the workspace; 0, 0 of the drawing is"
     " its lower left corner",
     "--margin M": "from singularities (default: clearance of the robot's file, or 0.005, with --fit"
-    " a tenth of the shortest bar)",
+    " and no page a tenth of the shortest bar)",
     WORKING: "working modes, as -1 -1",
 }
 CHOOSE = {  # option: what it does, and the options that would do it otherwise
@@ -72,7 +72,7 @@ def placed(arguments, machine, path):
     margin = arguments.margin
     if margin is None:
         bars = *robot.distal, *(drive.length for drive in robot.drives)
-        usual = min(bars) / 10 if arguments.fit else MARGIN
+        usual = min(bars) / 10 if scale is None else MARGIN
         margin = machine.constraints.clearance or usual
     kept = replace(machine.on_poses, clearance=margin)
     chosen = arguments.working, kept, machine.tool, machine.measured
