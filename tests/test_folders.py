@@ -1,12 +1,15 @@
 """Two runs that write into one folder, and what a killed one left there."""
 
+import subprocess
+import sys
 import threading
+from pathlib import Path
 
 import pytest
 
 import fivebar as fb
 from fivebar.base.folders import FolderError, locked_folder
-from fivebar.base.tables import is_part, replaced
+from fivebar.base.tables import is_part, replaced, written
 from fivebar.cli import main
 
 PART = ".plan.csv.4711-0.part"
@@ -33,6 +36,28 @@ def test_work_that_takes_long_is_refused_at_once(tmp_path):
         with pytest.raises(FolderError, match="another sweep writes to"):
             with locked_folder(tmp_path, "sweep"):
                 pass
+
+
+def test_what_a_killed_process_left_half_written_is_removed_by_the_next(tmp_path):
+    """A file to which no folder belongs, as of `map --out`; what living processes write stays."""
+    code = "import sys, time; from fivebar.base.tables import written\n" + (
+        "with written(sys.argv[1]) as file: print(file.name, flush=True); time.sleep(60)"
+    )
+    writers = []
+    for name in ("killed.csv", "living.csv"):
+        command = [sys.executable, "-c", code, str(tmp_path / name)]
+        writers.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
+    killed, living = (Path(writer.stdout.readline().strip()) for writer in writers)
+    writers[0].terminate()
+    writers[0].wait()
+    (tmp_path / ".mine.part").touch()
+    assert killed.exists()
+    with written(tmp_path / "next.csv") as file:
+        assert not killed.exists() and living.exists() and Path(file.name).exists()
+    assert (tmp_path / "next.csv").exists() and (tmp_path / ".mine.part").exists()
+    writers[1].terminate()
+    for writer in writers:
+        writer.communicate()
 
 
 @pytest.mark.deep

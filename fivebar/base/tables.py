@@ -12,7 +12,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cached_property
 from io import StringIO
 from itertools import count
@@ -41,7 +41,8 @@ DPI = 200  # of pictures
 # Outlines of letters (Type 3) are refused by journals, and cannot be searched.
 TEXT = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
 _NUMBERS = count()  # of files being written: threads may write one at the same time
-_PART = re.compile(r"\..{1,40}\.\d+-\d+\.part(\.\w+)?", re.DOTALL)
+_PART = re.compile(r"\..{1,40}\.(\d+)-\d+\.part(\.\w+)?", re.DOTALL)
+_CLEARED: set[str] = set()  # folders in which this process has looked for what killed ones left
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
 WORDS = 120  # letters of a file's own that a message repeats
 
@@ -184,6 +185,8 @@ def replaced(file: FilePath, end: str = "") -> Iterator[str]:
         if direct
         else os.path.join(place, f".{name[:40]}.{os.getpid()}-{next(_NUMBERS)}.part{end}")
     )
+    if not direct:
+        _clear(place)
     try:
         yield part
         if not direct:
@@ -196,6 +199,28 @@ def replaced(file: FilePath, end: str = "") -> Iterator[str]:
         ):
             error.filename = os.fspath(file)
         raise
+
+
+def _clear(place):
+    """Remove the files that killed processes left half-written in a folder, once a process."""
+    if place in _CLEARED or not hasattr(os, "fork"):
+        return  # On Windows a process cannot be asked without ending it.
+    _CLEARED.add(place)
+    with suppress(OSError):  # the folder cannot be read, or another process removes a file too
+        for name in os.listdir(place):
+            found = _PART.fullmatch(name)
+            if found and _has_ended(int(found[1])):
+                os.unlink(os.path.join(place, name))
+
+
+def _has_ended(process):
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return True
+    except PermissionError:  # It is another user's.
+        pass
+    return False
 
 
 def is_part(name: str) -> bool:
