@@ -87,6 +87,19 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
     """
     margin = constraints.clearance if constraints else 0.0
     aspect = bounded_by(aspect, constraints)
+    center, clearance = farthest_point(aspect)
+    if clearance and constraints and constraints.collisions:
+        clearance = _largest_kept_radius(aspect, center, clearance)
+    if clearance <= margin:
+        raise ValueError(too_narrow(aspect, "disc", margin, clearance))
+    return Disc(np.array([center.real, center.imag]), clearance - margin)
+
+
+def farthest_point(aspect: Aspect) -> tuple[complex, float]:
+    """Return the point of an aspect that is farthest from all boundaries, and its distance, m.
+
+    The distance is 0 where no point keeps the constraints.
+    """
     limits: dict[str, Any] = {}
     if isinstance(aspect, BoundedAspect):
         limits = {"walls": aspect.walls, "allowed": aspect.allowed}
@@ -103,11 +116,7 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
         if exact > clearance:
             best = polished
             clearance = exact
-    if clearance and constraints and constraints.collisions:
-        clearance = _largest_kept_radius(aspect, best, clearance)
-    if clearance <= margin:
-        raise ValueError(too_narrow(aspect, "disc", margin, clearance))
-    return Disc(np.array([best.real, best.imag]), clearance - margin)
+    return best, clearance
 
 
 def _largest_kept_radius(aspect, z, clearance):

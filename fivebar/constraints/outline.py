@@ -139,7 +139,8 @@ class Outline:
         corners = np.concatenate(self.aspect.polygons)
         step = np.sqrt(self.aspect.area / SEEDS)
         if not self.allowed:
-            step = max(step, 0.6 * (self.aspect.clearance - self.margin))
+            clearance = clearance_at(self.aspect, complex(*self.aspect.point))
+            step = max(step, 0.6 * (clearance - self.margin))
         x_min, y_min = corners.min(axis=0) + step / 2
         x_max, y_max = corners.max(axis=0)
         x = np.arange(x_min, x_max, step)

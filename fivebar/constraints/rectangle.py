@@ -17,7 +17,7 @@ from ..base.progress import progress
 from ..singularities.aspects import Aspect
 from ..singularities.locus import pairs
 from .constraints import Constraints, kept_by
-from .disc import BoundedAspect, bounded_by, clearance_at, too_narrow
+from .disc import bounded_by, clearance_at, farthest_point, too_narrow
 from .outline import INWARDS, Outline
 
 LEVELS = 64  # of the lower and of the upper border in the search
@@ -84,16 +84,14 @@ def largest_rectangle(
     rectangles = [_fitted(outline, start, ratio) for start in starts]
     rectangles = [v for v in rectangles if v is not None]
     if not rectangles:
-        if isinstance(aspect, BoundedAspect):
-            clearance = _point_of_largest_clearance(outline)[1]
-        else:
-            clearance = clearance_at(aspect, complex(*aspect.point))
-        if ratio is not None and clearance > margin:
-            raise ValueError(
-                f"no rectangle with ratio {ratio:g} in aspect {aspect.number}: a side would be"
-                f" shorter than {outline.spacing:.2g} m, which is not searched"
-            )
-        raise ValueError(too_narrow(aspect, "rectangle", margin, clearance))
+        _, clearance = farthest_point(aspect)
+        if clearance <= margin:
+            raise ValueError(too_narrow(aspect, "rectangle", margin, clearance))
+        which = "" if ratio is None else f" with ratio {ratio:g}"
+        raise ValueError(
+            f"no rectangle{which} in aspect {aspect.number}: a side would be shorter than"
+            f" {outline.spacing:.2g} m, which is not searched"
+        )
     return Rectangle(*map(float, max(rectangles, key=_area)))
 
 
@@ -120,7 +118,7 @@ def _starts(outline, ratio=None):
     largest = max(map(_area, starts), default=0.0)
     starts = [v for v in starts if _area(v) > 0.98 * largest]
     # A square fits wherever a disc does, and so does a rectangle of another ratio.
-    z, clearance = _point_of_largest_clearance(outline)
+    z, clearance = _point_of_largest_clearance(outline, starts)
     if clearance <= outline.margin:
         return starts
     sides = np.repeat([1.0 if ratio is None else ratio, 1.0], 2)
@@ -136,15 +134,16 @@ def _alike(v, other):
     return np.abs(v - other).max() <= 0.05 * half_rim
 
 
-def _point_of_largest_clearance(outline):
-    """Return about the point that is farthest from all obstacles, and its exact clearance.
+def _point_of_largest_clearance(outline, starts):
+    """Return a point that is far from all obstacles, and its exact clearance.
 
-    The clearance is 0 where no point keeps the constraints.
+    It is the farthest one where there are no other starts. The clearance is 0 where no point keeps
+    the constraints.
     """
+    if not starts:
+        return farthest_point(outline.aspect)
     z = complex(*outline.aspect.point)
     if outline.allowed:
-        if not len(outline.seeds):
-            return z, 0.0
         distance, _ = outline.tree.query(pairs(outline.seeds))
         z = outline.seeds[distance.argmax()]
     return z, clearance_at(outline.aspect, z)

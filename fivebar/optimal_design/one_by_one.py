@@ -4,6 +4,8 @@ motion asks for.
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from ..base.errors import SingularityError, UnreachableError
@@ -48,8 +50,9 @@ def _of_parts(measure, most):
     def of(robot, task, place):
         best = 0.0
         for part in sorted(_regions(robot, task), key=lambda part: -part.area):
-            if part.clearance > task.margin and most(part.area) > best:
-                best = max(best, measure(part, task.margin))
+            if most(part.area) > best:
+                with suppress(ValueError):  # it has no room for the margin
+                    best = max(best, measure(part, task.margin))
         return best
 
     return of

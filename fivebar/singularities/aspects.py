@@ -58,31 +58,24 @@ class Aspect:
     punctures: np.ndarray
 
     def __repr__(self) -> str:
-        names = ("number", "working", "assembly", "area", "point", "clearance")
+        names = ("number", "working", "assembly", "area", "point")
         values = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
         return f"{type(self).__name__}({values})"
 
     @cached_property
-    def _middle(self):
+    def point(self) -> np.ndarray:
+        """(2,) m: about the point that is farthest from the boundary; `largest_disc` gives it
+        exactly.
+        """
         found = points_of_largest_clearance(
             self.boundary, self.punctures @ (1, 1j), self.area, samples=SAMPLES
         )
-        exact = (
-            found and inside(self.boundary, np.array([found[0][0]]))[0]
-        )  # of slivers the samples may tell it wrong
-        if exact:
-            return found[0]
-        return off_border(self.boundary, size_of(self.robot))
-
-    @property
-    def point(self) -> np.ndarray:
-        """(2,) m: about the point that is farthest from the boundary."""
-        return pairs(np.array(self._middle[0]))
-
-    @property
-    def clearance(self) -> float:
-        """Its distance from the boundary, m."""
-        return self._middle[1]
+        # Of slivers the samples may tell it wrong.
+        if found and inside(self.boundary, np.array([found[0][0]]))[0]:
+            z = found[0][0]
+        else:
+            z = off_border(self.boundary, size_of(self.robot))
+        return pairs(np.array(z))
 
     @cached_property
     def polygons(self) -> tuple[np.ndarray, ...]:

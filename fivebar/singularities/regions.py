@@ -349,13 +349,11 @@ def beside(loops: tuple, size: float) -> np.ndarray:
         z = z[inside(loops, z)]
     if len(z):
         return z
-    return np.array([off_border(loops, size)[0]])
+    return np.array([off_border(loops, size)])
 
 
-def off_border(loops: tuple, size: float) -> tuple[complex, float]:
-    """Return a point inside the loops, off one of the longest arcs, and its distance from them: of
-    a face however thin.
-    """
+def off_border(loops: tuple, size: float) -> complex:
+    """Return a point inside the loops, off one of the longest arcs: of a face however thin."""
     arcs = sorted(
         (arc for loop in loops for arc in loop), key=lambda arc: -np.abs(np.diff(arc.z)).sum()
     )
@@ -369,5 +367,5 @@ def off_border(loops: tuple, size: float) -> tuple[complex, float]:
         z = z[inside(loops, z)]
         if len(z):
             distance = np.min([each.nearest(z)[1] for each in arcs], axis=0)
-            return complex(z[distance.argmax()]), float(distance.max())
+            return complex(z[distance.argmax()])
     raise ArithmeticError(f"no point was found inside a face whose border is {len(arcs)} arcs")

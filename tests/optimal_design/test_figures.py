@@ -213,6 +213,16 @@ def test_the_workspace_is_what_the_aspects_of_a_mode_cover():
         assert done["workspace_area"][k] == pytest.approx(area, rel=1e-11)
 
 
+@pytest.mark.parametrize("share, left", [(1 + 1e-6, 0.0), (1 - 1e-6, 1e-6)])
+def test_a_margin_about_as_large_as_the_largest_disc(share, left):
+    """Just above its radius no disc is left, and just below it one of the rest."""
+    robot = fb.FiveBar()
+    parts = [part for part in fb.aspects(robot) if part.working == (1, -1)]
+    radius = max(fb.largest_disc(part).radius for part in parts)
+    done = fb.sweep(["largest_disc"], [robot], workers=1, margin=share * radius)
+    assert done["largest_disc"][0] == pytest.approx(left * radius, rel=1e-6, abs=1e-12)
+
+
 @pytest.mark.deep
 def test_regions_are_the_exact_ones():
     robot = fb.FiveBar(0.12, 0.14, 0.12, 0.14, 0.1)
@@ -225,7 +235,7 @@ def test_regions_are_the_exact_ones():
         margin=0.004,
     )
     parts = [part for part in fb.dexterous(robot, det_A=0.3, sin=0.2) if part.working == (1, -1)]
-    roomy = [part for part in parts if part.clearance > 0.004]
+    roomy = [part for part in parts if fb.largest_disc(part).radius > 0.004]
     assert done["dexterous_area"][0] == max(part.area for part in parts)
     assert done["largest_disc"][0] == max(
         fb.largest_disc(part, fb.Constraints(clearance=0.004)).radius for part in roomy

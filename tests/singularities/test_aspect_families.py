@@ -11,6 +11,7 @@ import pytest
 from scipy import ndimage
 
 import fivebar as fb
+from fivebar.constraints.disc import clearance_at
 from fivebar.singularities.locus import MODES
 
 COUNT = 400 if os.environ.get("FIVEBAR_NIGHTLY") else 6
@@ -131,7 +132,7 @@ def agree(own, inside, x, y, step, what, apart_too=True):
     where = [
         apart[np.abs(x - part.point[0]).argmin(), np.abs(y - part.point[1]).argmin()]
         for part in own
-        if part.clearance > THICK * step
+        if clearance_at(part, complex(*part.point)) > THICK * step
     ]
     assert 0 not in where and not (apart_too and len(set(where)) != len(where)), what
 

@@ -90,6 +90,20 @@ def test_no_point_is_farther_from_the_loci_than_the_disc_center(found, name):
         largest_disc(part, constraints=fb.Constraints(clearance=1.0))
 
 
+@pytest.mark.parametrize("name", ["amoro", "unequal"])
+def test_a_rectangle_that_is_refused_names_the_largest_disc_as_the_clearance(found, name):
+    for part in found[name][2:5]:
+        radius = largest_disc(part).radius
+        for share in (0.995, 1.001):
+            constraints = fb.Constraints(clearance=share * radius)
+            with pytest.raises(ValueError) as caught:
+                largest_rectangle(part, constraints)
+                raise ValueError(f"one is found in aspect {part.number}")
+            asked = f"keeps a clearance of {share * radius:g} m: its largest clearance is {radius:.6g} m"
+            assert share < 1 or asked in str(caught.value)
+            assert share > 1 or "keeps a clearance" not in str(caught.value)
+
+
 def test_discs_in_closed_form(found):
     # A ring, and a disc without its center: any of many discs.
     for part in in_mode(found["e"], (1, -1)):
@@ -214,7 +228,7 @@ def test_random_rectangles_keep_the_margin_and_none_is_larger(seed):
             continue
         break
     part = parts[draw.integers(len(parts))]
-    margin = draw.choice([0.0, draw.uniform(0, 0.9) * part.clearance])
+    margin = draw.choice([0.0, draw.uniform(0, 0.9) * largest_disc(part).radius])
     box = largest_rectangle(part, fb.Constraints(clearance=margin))
     borders = np.array([box.x_min, box.x_max, box.y_min, box.y_max])
     assert _clear(part, borders, margin)

@@ -247,11 +247,14 @@ def test_starts_are_the_largest_and_unlike_one_another():
 
 
 def test_the_point_of_largest_clearance_of_what_is_kept():
-    assert _point_of_largest_clearance(oval(point=(0.05, 0.0)))[0] == 0.05
+    others = [np.zeros(4)]
+    assert _point_of_largest_clearance(oval(point=(0.05, 0.0)), others)[0] == 0.05
     half = oval(walls=polygon(-0.3, 0.3, 1j)[:1], allowed=lambda z: z.imag > 0)
-    z, room = _point_of_largest_clearance(half)
+    z, room = _point_of_largest_clearance(half, others)
     assert z.imag == pytest.approx(0.1, abs=0.02) and room == pytest.approx(0.1, abs=0.015)
-    assert _point_of_largest_clearance(oval(walls=(), allowed=lambda z: z.imag > 1)) == (0, 0.0)
+    # Where the search on samples found nothing, the exact one decides.
+    z, room = _point_of_largest_clearance(oval(point=(0.05, 0.0)), [])
+    assert abs(z) < 1e-9 and room == pytest.approx(B, rel=1e-12)
 
 
 @pytest.mark.every(2)

@@ -17,6 +17,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 
 from ...base.checks import positive
+from ...constraints.disc import clearance_at
 from ...singularities.aspects import aspects
 from ...singularities.maps import SIGNED
 from ..loci import map_loci
@@ -186,7 +187,7 @@ def _number(axes, region, scale):
     box = dict(boxstyle="circle,pad=0.25", fc="white", ec=INK, lw=0.8)
     text = dict(ha="center", va="center", fontsize="small", fontweight="bold", bbox=box, color=INK)
     away = 0
-    if scale * region.clearance <= 0.03 * width:
+    if scale * clearance_at(region, complex(*region.point)) <= 0.03 * width:
         if x >= (left + right) / 2 - 0.01 * width:
             away = 34
         else:
