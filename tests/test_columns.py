@@ -152,3 +152,64 @@ def test_any_text_is_read_or_refused(text):
         len(values) == len(found.lines) and not np.isinf(values).any()
         for values in found.values.values()
     )
+
+
+HEADED = (
+    "__time,/arm/left/position,/arm/right (mm),pose\n"
+    '0,90,68,"[0.5, −3.0]"\n500,45.5,80,"[0.25, 1e-1, 7]"\n'
+)
+
+
+@pytest.mark.parametrize("of_file", [True, False])
+def test_the_caller_says_which_heading_is_which(of_file):
+    called = {"t": "__time (ms)", "x": "/arm/left/position [mm]", "y": "/arm/right (mm)"}
+    text = io.StringIO(HEADED)
+    if of_file:
+        source = text
+    else:
+        source = {"__time": [0, 500], "/arm/left/position": [90, 45.5], "/arm/right (mm)": [68, 80]}
+        source |= {"pose": [[0.5, -3.0], [0.25, 0.1]]}
+    found = columns.read(source, PATH, columns=called | {"q1": "pose[1] (deg)"})
+    np.testing.assert_allclose(rows(found), EXPECTED, rtol=1e-15)
+    np.testing.assert_allclose(found.values["q1"], np.radians([-3.0, 0.1]), rtol=1e-15)
+    assert found.stated == {"t", "x", "y", "q1"}
+
+
+@pytest.mark.parametrize(
+    "called, message",
+    [
+        ((), "no column x; y; found .*: say which they are, by columns= or --columns x=HEADING y="),
+        (["t=time"], "columns: no heading is 'time'; found '__time', '/arm/left/position'"),
+        (["u=__time"], "columns: u=__time must be NAME=HEADING, NAME one of t, x, y, q1"),
+        (["t"], "columns: t= must be NAME=HEADING"),
+        (["t=__time", "x=__time"], "columns: '__time' is named twice"),
+        (["t=__time (furlong)"], "'furlong' is none of s, ms"),
+    ],
+)
+def test_a_heading_that_is_not_there_is_named(called, message):
+    with pytest.raises(ValueError, match=message):
+        columns.read(io.StringIO(HEADED), PATH, columns=called)
+
+
+def test_a_heading_that_is_called_takes_the_place_of_others():
+    found = columns.read(io.StringIO("t,x,y,a\n0,1,2,3\n"), PATH, columns={"x": "a"})
+    assert found.values["x"].tolist() == [3.0] and "column 'x' is not used" in found.notes
+
+
+@pytest.mark.parametrize("unit, size", [("s", 1), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
+def test_times_since_1970_tell_their_unit_by_their_size(unit, size):
+    t = 1.7e9 + np.array([0.0, 0.5, 1.0])
+    found = columns.read({"t": t * size, "x": t, "y": t}, PATH)
+    np.testing.assert_allclose(found.values["t"], t, rtol=0, atol=1e-6)
+    assert found.notes == (f"t: {unit} since 1970, by their size",) and "t" in found.stated
+    clock = columns.read({"t": np.array([0.0, 2.0, 4.0]) * size, "x": t, "y": t}, PATH)
+    assert clock.values["t"][-1] == 4.0 * size and not clock.notes
+
+
+@pytest.mark.parametrize("step, unit", [(2.0, "ms"), (4000.0, "us"), (5e6, "ns")])
+def test_steps_that_are_no_seconds_are_asked_about(step, unit):
+    numbers = np.arange(3) * step
+    table = columns.read({"t": numbers, "x": numbers, "y": numbers}, PATH)
+    with pytest.raises(ValueError, match=f"t has no unit, and its steps are .*: is t in {unit}"):
+        columns.refuse_unclear_times(table, 1.0)
+    columns.refuse_unclear_times(table, 1e9)

@@ -22,7 +22,10 @@ from .checks import shown
 from .tables import TextFile, arrays_in, whole_text
 from .units import SECONDS, unaccented, unit_named
 
+EPOCH = 5e8  # s since 1970, in 1985: later times are dates
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
+# How the caller names a column: its heading, the place in its lists, and its unit.
+_CALLED = re.compile(r"(.*?)\s*(?:\[(\d+)\])?\s*(?:[(\[{<]\s*(\D.*?|)\s*[)\]}>])?")
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
@@ -91,6 +94,7 @@ def read(
     wanted: Mapping[str, Quantity],
     units: Mapping[str, str] | Sequence[str] | str | None = (),
     name: str = "data",
+    columns: Mapping[str, str] | Sequence[str] | None = (),
 ) -> Columns:
     """Return the wanted columns of a CSV file, an NPZ file or a mapping of arrays, in SI units.
 
@@ -107,6 +111,9 @@ def read(
         {name: unit} or units alone ("mm", "t=ms"), of headings that name none.
     name : str
         What a message calls a mapping.
+    columns : mapping or sequence of str
+        {name: heading} or "name=heading", of columns with other headings: {"q1": "pos[0]", "tau1":
+        "M1 (mNm)"}. [0] is the first number of lists in the cells; a unit may follow.
 
     Raises
     ------
@@ -117,20 +124,21 @@ def read(
         The source is none of these.
     """
     named_units = _units_by_name(units_named(units, "units"), wanted)
+    calls = _headings_by_name(units_named(columns, "columns"), wanted)
     if isinstance(source, Mapping):
-        return _from_arrays(source, wanted, named_units, name)
+        return _from_arrays(source, wanted, named_units, name, calls)
     if not (isinstance(source, (str, os.PathLike)) or hasattr(source, "read")):
         raise TypeError(
             f"{name} must be a CSV file, an NPZ file or a mapping of arrays, not {shown(source)}"
         )
     path = str(source)
     if path.endswith(".npz"):
-        return _from_arrays(arrays_in(path), wanted, named_units, path)
-    return _from_text(source, wanted, named_units)
+        return _from_arrays(arrays_in(path), wanted, named_units, path, calls)
+    return _from_text(source, wanted, named_units, calls)
 
 
 def units_named(value: Any, name: str) -> Mapping[str, str] | tuple[str, ...]:
-    """Rule: what `read` takes as units; one word alone is one unit."""
+    """Rule: what `read` takes as units or columns; one word alone is one unit."""
     if value is None or isinstance(value, str):
         return (value,) if value else ()
     words: Iterable = ()
@@ -142,7 +150,7 @@ def units_named(value: Any, name: str) -> Mapping[str, str] | tuple[str, ...]:
         words = (None,)
     if not all(isinstance(word, str) for word in words):
         raise TypeError(
-            f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}"
+            f"{name} must be words, as mm or t=ms, or a mapping of words, not {shown(value)}"
         )
     return value
 
@@ -169,8 +177,42 @@ def _units_by_name(units, wanted):
     return result
 
 
-def _from_arrays(arrays, wanted, units, name):
+def _headings_by_name(columns, wanted):
+    """Return {name: heading} of what the caller says about columns."""
+    pairs = columns.items() if isinstance(columns, Mapping) else map(_halves, columns)
+    calls = dict(pairs)
+    for key, heading in calls.items():
+        if key not in wanted or not heading:
+            known = ", ".join(wanted)
+            raise ValueError(f"columns: {key}={heading} must be NAME=HEADING, NAME one of {known}")
+    return calls
+
+
+def _halves(word):
+    return word.partition("=")[::2]
+
+
+def _called(call, headings, where):
+    """Return the place of the heading that the caller names, the place in its lists or None, and
+    its unit.
+    """
+    name, index, unit = _CALLED.fullmatch(call).groups()
+    bare = [_CALLED.fullmatch(heading)[1] for heading in headings]
+    for words, fitting in ((headings, call), (headings, name), (bare, name)):
+        if fitting in words:
+            place = words.index(fitting)
+            of_heading = _CALLED.fullmatch(headings[place])[3]
+            unit = of_heading if fitting == call else unit or of_heading
+            index = None if index is None or headings[place] == call else int(index)
+            return place, index, unit or ""
+    found = ", ".join(map(repr, headings))
+    raise ValueError(f"{where}: columns: no heading is {call!r}; found {found}")
+
+
+def _from_arrays(arrays, wanted, units, name, calls):
     names = _names(wanted)
+    if calls:
+        arrays, units = _chosen(arrays, wanted, names, units, name, calls)
     values = {}
     for heading, array in arrays.items():
         if array is None:
@@ -187,18 +229,38 @@ def _from_arrays(arrays, wanted, units, name):
         factor = wanted[key].units[units[key]] if key in units else 1.0
         values[key] = np.where(np.isfinite(column), column, np.nan) * factor
     if missing := _missing(wanted, values):
-        raise ValueError(f"{name} has no column {', '.join(missing)}")
+        raise ValueError(f"{name} has no column {', '.join(missing)}: {_how(missing)}")
     lengths = {key: len(column) for key, column in values.items() if column.ndim}
     if len(set(lengths.values())) != 1:
         raise ValueError(f"the columns of {name} differ in length: {lengths or 'none is an array'}")
     n = next(iter(lengths.values()))
     values = {key: np.broadcast_to(column, n).copy() for key, column in values.items()}
     rows = np.arange(1, n + 1)
+    stated = frozenset(units) & frozenset(values)
+    notes: list[str] = []
+    stated |= _since_1970(values, stated, notes)
     _refuse_huge(values, rows, name, "row")
-    return Columns(name, values, rows, (), frozenset(units) & frozenset(values), "row")
+    return Columns(name, values, rows, tuple(notes), stated, "row")
 
 
-def _from_text(file, wanted, units):
+def _chosen(arrays, wanted, names, units, name, calls):
+    """Return the arrays by the names that the caller gives them, and the units."""
+    chosen = {}
+    for heading, array in arrays.items():
+        key = names.get(_plain(str(heading)))
+        if key and key not in calls:
+            chosen[key] = array
+    headings = list(map(str, arrays))
+    for key, call in calls.items():
+        place, index, unit = _called(call, headings, name)
+        array = list(arrays.values())[place]
+        chosen[key] = array if index is None else np.asarray(array)[:, index]
+        if unit:
+            units = units | _units_by_name([f"{key}={unit}"], wanted)
+    return chosen, units
+
+
+def _from_text(file, wanted, units, calls):
     text, name = whole_text(file, "a table")
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
     rows = [(number, line) for number, line in lines if line and line[0] not in "#%"]
@@ -227,7 +289,18 @@ def _from_text(file, wanted, units):
                 for heading, unit in zip(headings, row_of_units)
             ]
             del rows[0]
-    places, own_units, notes = _match(headings, wanted, units, f"{name}, line {top}")
+    called = {}
+    for key, call in calls.items():
+        place, index, unit = _called(call, headings, f"{name}, line {top}")
+        if index is not None:
+            cells = [_listed(line, delimiter, place, index) for _, line in rows]
+            rows = [(n, f"{line}{delimiter or ' '}{cell}") for (n, line), cell in zip(rows, cells)]
+            place = len(headings)
+            headings.append(call)
+        if place in called:
+            raise ValueError(f"{name}: columns: {headings[place]!r} is named twice")
+        called[place] = f"{key} [{unit}]"
+    places, own_units, notes = _match(headings, wanted, units, f"{name}, line {top}", calls, called)
     if not rows:
         raise ValueError(f"{name}: no rows under the header")
     table, comma = _numbers(rows, delimiter, len(headings), places, name)
@@ -241,10 +314,40 @@ def _from_text(file, wanted, units):
                 notes.append(f"{headings[places[key]]}: read in {unit}")
     values = dict(zip(places, table.T))
     numbers = np.array([number for number, _ in rows])
-    _refuse_huge(values, numbers, name, "line")
     from_fivebar = bool(comments) and re.match("fivebar .*SI units", comments[0][1])
     stated = frozenset(places if from_fivebar else own_units)
+    stated |= _since_1970(values, stated, notes)
+    _refuse_huge(values, numbers, name, "line")
     return Columns(name, values, numbers, tuple(notes), stated)
+
+
+def _since_1970(values, stated, notes):
+    """Convert times since 1970, whose size tells their unit; return the columns converted."""
+    t = values.get("t")
+    if t is None or "t" in stated:
+        return set()
+    first, last = np.nanmin(t, initial=np.inf), np.nanmax(t, initial=0.0)
+    for unit in ("ns", "us", "ms", "s"):
+        # A clock that began at 0 has gone on by as much as it shows.
+        if EPOCH < first * SECONDS[unit] and last < 1.1 * first:
+            t *= SECONDS[unit]
+            notes.append(f"t: {unit} since 1970, by their size")
+            return {"t"}
+    return set()
+
+
+def refuse_unclear_times(table: Columns, slow: float) -> None:
+    """Raise ValueError if the steps of a column t without a unit are of `slow` s or more."""
+    t = table.values["t"]
+    steps = np.diff(t[np.isfinite(t)])
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if step < slow or "t" in table.stated:
+        return
+    unit = next(unit for unit, size in (("ns", 1e6), ("us", 1e3), ("ms", 0.0)) if step >= size)
+    raise ValueError(
+        f"{table.name}: t has no unit, and its steps are {step:g}: is t in {unit}? Head it t_s or"
+        f" t_{unit}, or give units: t=s or t={unit}"
+    )
 
 
 def _refuse_huge(values, lines, name, row_word):
@@ -259,6 +362,12 @@ def _refuse_huge(values, lines, name, row_word):
 
 def _missing(wanted, there):
     return [key for key, quantity in wanted.items() if quantity.needed and key not in there]
+
+
+def _how(missing):
+    """Return how the caller says which columns these are."""
+    words = " ".join(f"{key}=HEADING" for key in missing)
+    return f"say which they are, by columns= or --columns {words}"
 
 
 def _delimiter(line):
@@ -322,13 +431,21 @@ def _column_and_unit(heading, wanted, names, where):
     return None, None
 
 
-def _match(headings, wanted, units, where):
+def _listed(line, delimiter, place, index):
+    """Return a number of the list in a cell, "" where it has fewer."""
+    cells = _cells(line, delimiter, "a list")
+    text = "".join(cells[place : place + 1]).replace("\u2212", "-")
+    numbers = re.findall(r"[-+]?[\d.]+(?:[eE][-+]?\d+)?", text)
+    return "".join(numbers[index : index + 1])
+
+
+def _match(headings, wanted, units, where, calls, called):
     """Return {column: its place}, {column: its unit} where one is named, and notes."""
     names = _names(wanted)
     places, own_units, notes = {}, {}, []
     for place, heading in enumerate(headings):
-        key, unit = _column_and_unit(heading, wanted, names, where)
-        if key is None:
+        key, unit = _column_and_unit(called.get(place, heading), wanted, names, where)
+        if key is None or (key in calls and place not in called):
             if heading:
                 notes.append(f"column {heading!r} is not used")
             continue
@@ -345,7 +462,9 @@ def _match(headings, wanted, units, where):
             own_units[key] = unit
     if missing := _missing(wanted, places):
         words = "; ".join(" or ".join(dict.fromkeys([k, *wanted[k].names])) for k in missing)
-        raise ValueError(f"{where}: no column {words}; found {', '.join(map(repr, headings))}")
+        raise ValueError(
+            f"{where}: no column {words}; found {', '.join(map(repr, headings))}: {_how(missing)}"
+        )
     return places, own_units, notes
 
 

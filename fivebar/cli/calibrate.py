@@ -12,10 +12,10 @@ import numpy as np
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..base.tables import written
-from .options import JSON, WORKING, add_options, parse_values, print_json, usage_errors
+from .options import TABLE, WORKING, add_options, parse_values, print_json, usage_errors
 from .robot_options import add_robot_options, chosen_machine
 
-OPTIONS = JSON | {
+OPTIONS = TABLE | {
     "--unknown NAME ...": (
         "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths and"
         " offsets)"
@@ -150,6 +150,7 @@ def _calibrate(arguments):
         priors=priors,
         loss=arguments.loss,
         units=arguments.units,
+        columns=arguments.columns,
         mistakes=arguments.mistakes,
     )
     text = str(result)

@@ -10,7 +10,7 @@ from argparse import _SubParsersAction
 
 from ..base.errors import UsageError
 from .options import (
-    JSON,
+    TABLE,
     WORKING,
     add_options,
     number,
@@ -21,7 +21,7 @@ from .options import (
 )
 from .robot_options import add_robot_options, chosen_machine
 
-OPTIONS = JSON | {
+OPTIONS = TABLE | {
     "--check PROOF.json": "check a proof instead, with mpmath alone",
     "--units UNIT": "of a file that does not name them: mm, in, px, m",
     "--deviation M": (0.0, "within which corners are rounded"),
@@ -66,6 +66,7 @@ def _certify(arguments):
             arguments.path,
             deviation=arguments.deviation,
             units=arguments.units,
+            columns=arguments.columns,
             placement=placement,
         )
         constraints = Constraints(det_A=arguments.margin, sin=arguments.margin)

@@ -19,7 +19,7 @@ from ..singularities.degenerate import EVERYWHERE
 from .draw_gcode import GCODE, Drawn, dialect_of, machine_of_axes, written_gcode
 from .draw_place import PLACE, may_cross, page_row, placed, says_other_modes
 from .options import (
-    JSON,
+    TABLE,
     add_options,
     print_files,
     print_json,
@@ -63,7 +63,7 @@ PROOF = {
     "--tolerance M": (5e-5, "of all five lengths"),
     "--through": "it may cross Type 2, where there is then no proof",
 }
-OUTPUT = JSON | {
+OUTPUT = TABLE | {
     "--period S": "of the tracker (default: 0.005, or as the fastest motion asks)",
     "--rate HZ": (1000.0, "of the setpoints"),
     "--angles rad|deg|counts": ("rad", "of the setpoints"),
@@ -261,6 +261,7 @@ def _read(arguments):
             deviation=arguments.deviation,
             units=arguments.units,
             pen_values=None if arguments.format == "gcode" else arguments.pen_values,
+            columns=arguments.columns,
         )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
-from .options import JSON, add_options, print_json, used_options
+from .options import TABLE, add_options, print_json, used_options
 from .robot_options import add_robot_options, chosen_machine
 
 GAUGES = {
@@ -18,14 +18,14 @@ GAUGES = {
     "torque_constant": "of the motor for a unit of tau, N m",
 }
 NEAR_1 = 0.01  # within which a ratio is that of an encoder that is a little off
-OPTIONS = JSON | {
+OPTIONS = TABLE | {
     "--validate LOG.csv": "a second run, whose torques are only predicted",
     "--out DIR": "write robot.toml, identification.json and torques.png there",
     "--unknown NAME ...": "identify only these (default: all)",
     "--assembly -1|1": (-1, "of the logs, throughout"),
     "--cutoff HZ": "of the filters (default: where the motion ends in noise)",
     "--consistent": "only what bodies can have",
-    "--units NAME=UNIT ...": "of columns without one, as q1=deg",
+    "--units UNIT ...": "of columns without one, as q1=deg",
 }
 
 
@@ -57,7 +57,8 @@ def _identify(arguments):
         assembly=arguments.assembly,
         cutoff=arguments.cutoff,
         consistent=arguments.consistent,
-        units=_units(arguments.units),
+        units=arguments.units,
+        columns=arguments.columns,
         **_gauges(arguments, machine),
     )
     files = []
@@ -90,10 +91,3 @@ def _gauges(arguments, machine):
             f" {machine.ratio[1]:.6g}: name --counts-per-turn or --gear-ratio of what was logged"
         )
     return options
-
-
-def _units(words):
-    for word in words:
-        if "=" not in word:
-            raise UsageError(f"--units: {word!r} must be NAME=UNIT, as q1=deg")
-    return dict(word.split("=", 1) for word in words)

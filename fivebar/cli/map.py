@@ -13,7 +13,7 @@ from ..planning.samples import from_csv
 from ..singularities.degenerate import EVERYWHERE
 from ..singularities.maps import FIELDS, singularity_map
 from .options import (
-    JSON,
+    TABLE,
     add_options,
     check_ending,
     print_files,
@@ -24,7 +24,7 @@ from .options import (
 )
 from .robot_options import add_robot_options, chosen_machine
 
-OPTIONS = JSON | {
+OPTIONS = TABLE | {
     "--space task|joint": ("task", "what the map is over"),
     "--field MARGIN": ("parallel", f"one of {', '.join(FIELDS)}"),
     "--window X0 X1 Y0 Y1": "m, or in joint space rad (biglide: m)",
@@ -78,7 +78,7 @@ def _map(arguments):
         if levels:
             regions = dexterous(robot, **levels)
         if arguments.path:
-            path = from_csv(arguments.path, units=arguments.units)
+            path = from_csv(arguments.path, units=arguments.units, columns=arguments.columns)
         shape = (arguments.nodes, arguments.nodes)
         data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
     parts = aspects(robot) if robot.turns else None

@@ -35,6 +35,8 @@ NUMBERS: dict[str, tuple[Mapping[str, float], str]] = {
 }
 PICTURES = (".png", ".svg", ".pdf")
 JSON: dict[str, Any] = {"--json": "the result as JSON on stdout"}
+# Of commands that read a table.
+TABLE = JSON | {"--columns NAME=HEADING ...": "of columns with other headings, as x='East (mm)'"}
 WORKING = "--working -1|1 -1|1"
 
 

@@ -17,7 +17,7 @@ from ..models.robots import FiveBar
 from ..planning.samples import from_csv
 from ..planning.trajectory import line
 from .options import (
-    JSON,
+    TABLE,
     WORKING,
     add_options,
     check_positive,
@@ -44,7 +44,7 @@ PATH = {
     "--units UNIT ...": "of the CSV's columns, as mm or t=ms x=mm",
     "--polyline M": "straight between the CSV's rows, its corners cut by at most so much",
 }
-OPTIONS = JSON | {
+OPTIONS = TABLE | {
     "--controller ctc|pd|mpc": ("ctc", "computed torque, PD, or model-predictive"),
     "--kp NUMBER": "of ctc in 1/s² (default: 100), of pd in N m/rad (0.4; biglide: 250 N/m)",
     "--kd NUMBER": "of ctc in 1/s (default: 20), of pd in N m s/rad (0.08; biglide: 50 N s/m)",
@@ -215,10 +215,10 @@ def _reference(arguments):
         raise UsageError("track needs a CSV file, or all of --from X Y, --to X Y and --duration S")
     if ends:
         return line(*ends.values())
-    units = arguments.units
+    told = {"units": arguments.units, "columns": arguments.columns}
     if arguments.polyline is None:
-        return from_csv(arguments.csv, units=units)
-    return from_csv(arguments.csv, kind="polyline", deviation=arguments.polyline, units=units)
+        return from_csv(arguments.csv, **told)
+    return from_csv(arguments.csv, kind="polyline", deviation=arguments.polyline, **told)
 
 
 def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1)):

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ..base.checks import not_negative, one_of, optional, positive, takes
-from ..base.columns import TIME, Columns, Quantity, read, units_named
+from ..base.columns import TIME, Columns, Quantity, read, refuse_unclear_times, units_named
 from ..base.tables import TextFile, named
 from ..base.units import METRES
 from .trajectory import Trajectory
@@ -40,6 +40,7 @@ CORNER = 3 / 16
     kind=one_of("spline", "polyline"),
     deviation=optional(positive),
     units=units_named,
+    columns=units_named,
 )
 def from_csv(
     path: TextFile,
@@ -48,6 +49,7 @@ def from_csv(
     kind: str = "spline",
     deviation: float | None = None,
     units: Mapping[str, str] | Sequence[str] = (),
+    columns: Mapping[str, str] | Sequence[str] = (),
 ) -> Trajectory:
     """Read a motion from a CSV file with columns t, s, and x, y, m.
 
@@ -67,6 +69,8 @@ def from_csv(
         Largest distance, m, instead: of a spline from the samples, of a polyline from its corners.
     units : mapping or sequence
         Units of columns that do not name theirs: {"t": "ms"} or ["mm"].
+    columns : mapping or sequence
+        Headings of columns that are called otherwise: {"x": "East (mm)"} or ["x=East (mm)"].
 
     Returns
     -------
@@ -95,7 +99,7 @@ def from_csv(
         raise ValueError(
             "from_csv: kind=polyline needs a deviation, m, within which its corners are cut"
         )
-    table = read(path, PLACES | SLOPES, units, "path")
+    table = read(path, PLACES | SLOPES, units, "path", columns)
     exact = kind == "spline" and not (smoothing or deviation) and set(SLOPES) <= table.stated
     t, points = _samples(table, 2 if exact or kind == "polyline" else 6, kind)
     with named(table.name), np.errstate(all="ignore"):
@@ -151,13 +155,7 @@ def _samples(table, least, what):
     if len(t) < least:
         raise ValueError(f"{table.name}: a {what} needs at least {least} rows, not {len(t)}")
     refuse_unclear_lengths(table)
-    step = float(np.median(np.diff(t)))
-    if step >= SLOW and "t" not in table.stated:
-        raise ValueError(
-            f"{table.name}: t has no unit, and its steps of {step:g} could be seconds (it takes"
-            f" {t[-1] - t[0]:g} s) or milliseconds ({(t[-1] - t[0]) / 1000:g} s): head it t_s or"
-            " t_ms, or give units: t=s or t=ms"
-        )
+    refuse_unclear_times(table, SLOW)
     return t, np.stack([x, y], axis=-1)
 
 

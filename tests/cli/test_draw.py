@@ -436,7 +436,7 @@ def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):
         "t,x,y\n" + "\n".join(f"{10 * k},0.05,0.10{k}" for k in range(8)), encoding="utf-8"
     )
     assert main(["track", str(tmp_path / "ms.csv")]) == 2
-    assert "could be seconds" in capsys.readouterr().err
+    assert "is t in ms?" in capsys.readouterr().err
     assert main(["track", str(tmp_path / "ms.csv"), "--units", "t=ms"]) == 0
 
 

@@ -188,7 +188,7 @@ def test_of_jerky_moves_the_cut_off_falls_below_where_they_sink_into_noise(seed)
     """There, noise of the encoders would bend the mass."""
     has = RUNGS["heavy bars, gravity, friction"]
     case = case_of(seed, has, 6.0, 2e-3, jerky_motion, encoder=2e-4, torque=4e-3)
-    log, held = log_of(case.log, case.known, None, AT_THE_JOINTS)
+    log, held = log_of(case.log, case.known, AT_THE_JOINTS)
     highest = samples(log, held, case.known, -1, None).cutoff
     found = fb.identify(case.known, case.log)
     assert found.cutoff == pytest.approx(0.7 * highest)

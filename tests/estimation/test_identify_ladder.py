@@ -26,7 +26,7 @@ SHOWN = 6.0
 
 
 def is_shown(case):
-    log, held = log_of(case.log, case.known, None, AT_THE_JOINTS)
+    log, held = log_of(case.log, case.known, AT_THE_JOINTS)
     names = linear_names(case.robot)
     columns = [k for k, name in enumerate(names) if name in case.named | {"zz1", "zz2", "m"}]
     found = fit(samples(log, held, case.known, -1, None).rows, columns)
@@ -36,7 +36,7 @@ def is_shown(case):
 
 def missed(found, log, robot):
     """Of the torques of a log, by a robot's parameters: rms over both motors, each in units of its noise."""
-    own, held = log_of(log, found.given, None, AT_THE_JOINTS)
+    own, held = log_of(log, found.given, AT_THE_JOINTS)
     rows = samples(own, held, found.given, -1, found.cutoff).rows
     theta = np.array([getattr(robot, name) for name in linear_names(robot)])
     return np.linalg.norm(np.where(rows.counts, rows.tau - rows.W @ theta, 0.0) / found.noise)

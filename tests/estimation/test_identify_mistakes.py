@@ -35,6 +35,9 @@ def spoilt(values, *rows):
             {},
             "masses or friction below 0; .* if the sign of tau1 and tau2 is the other one",
         ),
+        ({"t": 1e3 * T}, {}, "t has no unit, and its steps are 1: is t in ms"),
+        ({"t": 30 * T}, {}, "zz1 = 6.* comes out: no robot on a desk has this. Is t in ms"),
+        ({"tau": 1e3 * TAU}, {}, "no robot on a desk has this.* torques in mN m"),
         ({"tau": TAU[:, ::-1]}, {}, "if the torques of the two motors are exchanged"),
         ({"q": np.degrees(Q)}, {}, 'as deg all of them do: units={"q1": "deg", "q2": "deg"}'),
         ({}, {"assembly": 1}, "if the assembly mode is -1"),
@@ -81,7 +84,8 @@ def test_logs_together_say_what_one_says():
 @pytest.mark.parametrize("every", [100, 300])
 def test_too_slow_a_log_is_refused(every):
     with pytest.raises(ValueError, match="sampling rate cannot follow|are left"):
-        fb.identify(ROBOT, {name: values[::every] for name, values in LOG.items()})
+        slow = {name: values[::every] for name, values in LOG.items()}
+        fb.identify(ROBOT, slow, units={"t": "s"})
 
 
 @pytest.mark.parametrize(

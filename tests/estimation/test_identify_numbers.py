@@ -102,7 +102,7 @@ def test_what_is_known_is_not_sought():
 
 def test_samples_are_differentiated_and_those_of_creeping_motors_do_not_count():
     log, (q, q_dot, q_ddot) = log_from(4, noise=0.0)
-    own, held = log_of(log, GIVEN, None, AT_THE_JOINTS)
+    own, held = log_of(log, GIVEN, AT_THE_JOINTS)
     assert not held
     found = samples(own, held, GIVEN, -1, 25.0)
     ((t, W, tau, counts),) = found.pieces
@@ -136,7 +136,7 @@ def test_samples_are_differentiated_and_those_of_creeping_motors_do_not_count():
         samples(own, held, GIVEN, -1, 60.0)
     with pytest.raises(ValueError, match="hardly moves"):
         still = {**log, "q": np.column_stack([q[:, 0], np.full(len(q), q[0, 1])])}
-        samples(log_of(still, GIVEN, None, AT_THE_JOINTS)[0], False, GIVEN, -1, 25.0)
+        samples(log_of(still, GIVEN, AT_THE_JOINTS)[0], False, GIVEN, -1, 25.0)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-12, 1e-4, 1e-2])
@@ -153,7 +153,7 @@ def test_a_motor_that_moves_by_the_noise_of_its_encoder_alone_stands_still(size,
         assert float(number) == pytest.approx(size, rel=0.1)
     # A slow wave of some times the noise is a motion.
     log["q"][:, motor] += (5 * size + 1e-9) * np.sin(log["t"])
-    own, held = log_of(log, GIVEN, None, AT_THE_JOINTS)
+    own, held = log_of(log, GIVEN, AT_THE_JOINTS)
     assert len(samples(own, held, GIVEN, -1, None).pieces) == 1
 
 
@@ -230,7 +230,7 @@ def test_gaps_of_three_rows_are_bridged_without_torques_and_longer_ones_are_not(
     log, _ = log_from(7)
     lost = np.r_[600:603, 1200:1204, 1800]
     cut = {name: np.delete(column, lost, axis=0) for name, column in log.items()}
-    own, held = log_of(cut, GIVEN, None, AT_THE_JOINTS)
+    own, held = log_of(cut, GIVEN, AT_THE_JOINTS)
     found = samples(own, held, GIVEN, -1, 20.0)
     assert [len(t) for t, *_ in found.pieces] == [1200, 2500 - 1204]
     words = "2 gaps of up to 3 rows were bridged by cubic splines, without torques"
@@ -240,22 +240,22 @@ def test_gaps_of_three_rows_are_bridged_without_torques_and_longer_ones_are_not(
     assert tau[603] == pytest.approx(log["tau"][603])
     assert not any(
         "bridged by" in note
-        for note in samples(*log_of(log, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 20.0).notes
+        for note in samples(*log_of(log, GIVEN, AT_THE_JOINTS), GIVEN, -1, 20.0).notes
     )
 
 
 def test_rows_of_one_piece_need_a_window_on_either_side():
     """One row fewer than a window holds, or no row more than its own, is no stretch."""
     log, _ = log_from(8, n=400)
-    own, held = log_of(log, GIVEN, None, AT_THE_JOINTS)
+    own, held = log_of(log, GIVEN, AT_THE_JOINTS)
     least = 2 * half_window(5.0, STEP) + 3
     short = {name: column[:least] for name, column in log.items()}
-    found = samples(*log_of(short, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 5.0)
+    found = samples(*log_of(short, GIVEN, AT_THE_JOINTS), GIVEN, -1, 5.0)
     assert np.isfinite(found.motion[0][2]).all(axis=1).sum() == 3
     shorter = {name: column[: least - 1] for name, column in log.items()}
     words = f"has {least - 1} rows, and derivatives at a cut-off of 5 Hz need {least}"
     with pytest.raises(ValueError, match=words):
-        samples(*log_of(shorter, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 5.0)
+        samples(*log_of(shorter, GIVEN, AT_THE_JOINTS), GIVEN, -1, 5.0)
     with pytest.raises(ValueError, match="cutoff = 0 Hz must be above 0"):
         samples(own, held, GIVEN, -1, 0.0)
 
@@ -270,7 +270,7 @@ def test_rows_near_type_2_and_rows_that_do_not_close_are_counted():
     shorter = np.quantile(np.abs(elbows[:, 1] - elbows[:, 0]), 0.99) / 2
     short = replace(GIVEN, l12=shorter, l22=shorter)
     for robot in (GIVEN, short):
-        found = samples(*log_of(log, robot, None, AT_THE_JOINTS), robot, -1, 20.0)
+        found = samples(*log_of(log, robot, AT_THE_JOINTS), robot, -1, 20.0)
         ((own, _, _),) = found.motion
         known = np.isfinite(own).all(axis=1)
         pose = fb.dgm(robot, own[known], -1, unreachable="nan")

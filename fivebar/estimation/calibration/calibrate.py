@@ -65,6 +65,7 @@ def calibrate(
     loss: str = "linear",
     mistakes: str = "raise",
     units: Mapping[str, str] | Sequence[str] = (),
+    columns: Mapping[str, str] | Sequence[str] = (),
 ) -> Calibration:
     """Calibrate a five-bar: find its unknowns by least squares, and how well they are known.
 
@@ -104,6 +105,8 @@ def calibrate(
         ("keep").
     units : mapping or sequence of str
         Of columns whose heading has none: {"q1": "deg"} or ("deg", "mm").
+    columns : mapping or sequence of str
+        Headings of columns that are called otherwise: {"x": "probe (mm)"} or ("x=probe (mm)",).
 
     Returns
     -------
@@ -127,7 +130,7 @@ def calibrate(
     """
     unknown = known_names(unknown)
     p0 = start_values(robot, start)
-    rows = rows_of(data, units, None if weights is None else _relative_weights(weights))
+    rows = rows_of(data, units, None if weights is None else _relative_weights(weights), columns)
     free = np.array([PLACE[name] for name in unknown])
     relative = weights is not None
     absolute = sigma is not None or (not relative and bool(np.isfinite(rows.sigma).any()))

@@ -122,30 +122,31 @@ def rows_of(
     data: Mapping | FilePath,
     units: Mapping[str, str] | Sequence[str] = (),
     weights: ndarray | None = None,
+    columns: Mapping[str, str] | Sequence[str] = (),
 ) -> MeasuredRows:
     """Return the Rows of a file or a mapping of arrays.
 
     Rows in which nothing is measured are left out and named. `weights` (n,), relative, stand in
     place of sigma.
     """
-    table = read(data, WANTED, units)
+    table = read(data, WANTED, units, columns=columns)
     with named(table.name):
         n = len(table.lines)
         if weights is not None and len(weights) != n:
             raise ValueError(f"weights has {len(weights)} numbers for the {n} rows of {table.name}")
-        columns = dict.fromkeys(WANTED, np.full(n, np.nan)) | table.values
+        values = dict.fromkeys(WANTED, np.full(n, np.nan)) | table.values
         if weights is not None:
-            columns["sigma"] = 1 / np.sqrt(weights)
+            values["sigma"] = 1 / np.sqrt(weights)
         where = tuple(table.where(row) for row in range(n))
-        modes = np.stack([_modes(columns[name], name, where) for name in MODES], axis=1)
+        modes = np.stack([_modes(values[name], name, where) for name in MODES], axis=1)
         rows = MeasuredRows(
-            np.stack([columns["q1"], columns["q2"]], axis=1),
-            np.stack([columns["x"], columns["y"]], axis=1),
+            np.stack([values["q1"], values["q2"]], axis=1),
+            np.stack([values["x"], values["y"]], axis=1),
             modes[:, :2],
             modes[:, 2],
-            columns["distance"],
-            _targets(columns["to"], columns["distance"], where),
-            columns["sigma"],
+            values["distance"],
+            _targets(values["to"], values["distance"], where),
+            values["sigma"],
             where,
             table.notes,
         )

@@ -24,6 +24,7 @@ from .samples import log_of, samples
 from .suspicions import POOR, beyond_the_model, explain
 
 BIASED = 0.3  # standard deviations by which noise of the encoders may bend a value
+HEAVIEST = {"m": 100.0, "z": 1.0}  # kg and kg m², of a robot on a desk
 SURE = 4.0  # standard deviations below 0: no mass and no friction can be there
 
 
@@ -40,6 +41,7 @@ def identify(
     cutoff: float | None = None,
     consistent: bool = False,
     units: Mapping[str, str] | None = None,
+    columns: Mapping[str, str] | None = None,
     counts_per_turn: object = None,
     gear_ratio: object = 1.0,
     offset: object = (0.0, 0.0),
@@ -71,6 +73,8 @@ def identify(
         Whether to hold to what bodies can have (see `bodies`).
     units : mapping, optional
         {"q1": "deg"} of columns without one.
+    columns : mapping, optional
+        {"q1": "position[0]", "tau1": "M1 (mNm)"} of columns with other headings.
     counts_per_turn, gear_ratio, offset, torque_constant
         As of `from_log`.
 
@@ -93,15 +97,15 @@ def identify(
     >>> round(found.values["m"], 2)
     0.5
     """
-    gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
+    gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant, units, columns)
     sources = log if isinstance(log, (list, tuple)) else [log]
-    logs = [log_of(source, robot, units, gauges) for source in sources]
+    logs = [log_of(source, robot, gauges) for source in sources]
     if not logs:
         raise ValueError("identify needs at least one log")
     names = linear_names(robot)
     sought = sought_names(robot, unknown)
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
-    columns = [k for k, name in enumerate(names) if name in sought]
+    places = [k for k, name in enumerate(names) if name in sought]
 
     def sampled(at, logs):
         found = [samples(own, held, robot, assembly, at) for own, held in logs]
@@ -110,7 +114,7 @@ def identify(
     found, rows = sampled(cutoff, logs)
     _refuse_few(rows, found, 2 * len(sought))
     any_W = any_motion(robot, assembly, _working(robot, found[0]))
-    base, unseen = independent(any_W, columns, EXACT)
+    base, unseen = independent(any_W, places, EXACT)
     told, also_unseen = independent(rows.W, base, NEARLY)
     full = fit(rows, told)
     notes = []
@@ -131,18 +135,19 @@ def identify(
     may_be_lower = cutoff is None and full.misfit < POOR
     while may_be_lower and bias(found, told, full).max() > BIASED:
         fewer, lower = sampled(0.7 * min(each.cutoff for each in found), logs)
-        if lower.counts.sum(axis=0).min() < 8 * len(columns):
+        if lower.counts.sum(axis=0).min() < 8 * len(places):
             break
         found = fewer
         rows = lower
         told, also_unseen = independent(rows.W, base, NEARLY)
         full = fit(rows, told)
     if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
-        explain(robot, logs, assembly, cutoff, columns, known, full.misfit, _impossible)
+        explain(robot, logs, assembly, cutoff, places, known, full.misfit, _impossible)
     chosen, last = _smallest_model(robot, rows, told, full)
     out = [k for k, column in enumerate(told) if column not in chosen]
     labels = [names[k] for k in chosen]
     theta = last.theta
+    _refuse_heavy(robot, labels, theta)
     if consistent:
         theta = nearest_bodies(robot, labels, theta, last.cov)
     values = dict(zip(labels, theta.tolist()))
@@ -179,7 +184,7 @@ def identify(
     )
     if validate is None:
         return identified
-    second, held = log_of(validate, robot, units, gauges)
+    second, held = log_of(validate, robot, gauges)
     at = identified.cutoff if cutoff is None else cutoff
     rows = samples(second, held or holds_better, robot, assembly, at).rows
     return replace(identified, validation=_validation(identified, rows))
@@ -241,6 +246,16 @@ def _impossible(robot, names, found):
         if surely and (name in masses or name.startswith("f")):
             impossible.append(name)
     return impossible
+
+
+def _refuse_heavy(robot, names, theta):
+    """Refuse masses and inertias that no robot has which stands on a desk."""
+    for name, value in zip(names, theta):
+        if value > HEAVIEST.get(name[0], np.inf):
+            raise ValueError(
+                f"{name} = {value:.3g} comes out: no robot on a desk has this. Is t in ms, or"
+                ' are torques in mN m? Say so: units={"t": "ms", "tau1": "mNm", "tau2": "mNm"}'
+            )
 
 
 def _smallest_model(robot, rows, told, full):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -48,7 +47,7 @@ class Samples:
         return filtered(self.pieces, self.step, self.cutoff)
 
 
-def log_of(source: Any, robot: Robot, units: Mapping | None, gauges: Gauges) -> tuple[Log, bool]:
+def log_of(source: Any, robot: Robot, gauges: Gauges) -> tuple[Log, bool]:
     """Return the Log of a Run, a file or a mapping, and whether its torques are held.
 
     Those of a simulated run are held from each time to the next.
@@ -56,7 +55,7 @@ def log_of(source: Any, robot: Robot, units: Mapping | None, gauges: Gauges) -> 
     if isinstance(source, (str, os.PathLike)) and _is_a_run(source):
         source = Run.from_csv(source)
     if not isinstance(source, Run):
-        return read_log(source, robot, units, gauges), False
+        return read_log(source, robot, gauges), False
     if type(source.robot) is not type(robot):
         raise ValueError(
             f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}"
@@ -81,7 +80,10 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     its noise.
     """
     if log.tau is None:
-        raise ValueError("the log has no torques (tau1, tau2): masses and friction need them")
+        raise ValueError(
+            "the log has no torques, and masses and friction need them: say which columns they are,"
+            " by columns= or --columns tau1=HEADING tau2=HEADING"
+        )
     notes = list(log.notes)
     stretches = _even_stretches(log, held, notes)
     found = spectrum([pairs["q"] for _, pairs in stretches], log.step)

@@ -11,7 +11,7 @@ from numpy import ndarray
 from scipy.interpolate import CubicSpline
 
 from ...base.checks import number, positive, two_numbers
-from ...base.columns import TIME, Columns, Quantity, read
+from ...base.columns import TIME, Columns, Quantity, read, refuse_unclear_times
 from ...base.tables import TextFile, named
 from ...base.units import (
     AMPERES,
@@ -26,6 +26,7 @@ from ...base.units import (
 from ...models.robots import Robot
 
 LATE = 1.5  # sampling periods between two rows: from there on rows are missing
+SLOW = 0.2  # s: rows without a unit of time that are so far apart may be so many ms
 UNEVEN = 0.01  # sampling periods by which times may be off an even grid
 PAIRS = {
     "q": ("q1", "q2"),
@@ -82,6 +83,8 @@ class Gauges(NamedTuple):
     gear_ratio: Any = 1.0
     offset: Any = (0.0, 0.0)
     torque_constant: Any = None
+    units: Any = None
+    columns: Any = None
 
 
 AT_THE_JOINTS = Gauges()
@@ -118,19 +121,15 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
     return columns
 
 
-def read_log(
-    source: TextFile | Mapping,
-    robot: Robot,
-    units: Mapping[str, str] | None = None,
-    gauges: Gauges = AT_THE_JOINTS,
-) -> Log:
+def read_log(source: TextFile | Mapping, robot: Robot, gauges: Gauges = AT_THE_JOINTS) -> Log:
     """Return the Log in a file or a mapping of arrays with the columns of `wanted`.
 
     In a mapping, q (n, 2) may stand for q1 and q2, and so on.
     """
     if isinstance(source, Mapping):
         source = _split_pairs(source)
-    table = read(source, wanted(robot), units, "the log")
+    table = read(source, wanted(robot), gauges.units, "the log", gauges.columns)
+    refuse_unclear_times(table, SLOW)
     with named(table.name):
         pairs = {name: _pair(table.values, *columns) for name, columns in PAIRS.items()}
         return _clean(table, _at_the_joints(pairs, gauges, robot), robot)

@@ -37,6 +37,7 @@ def from_log(
     robot: Robot | None = None,
     assembly: int | None = None,
     units: Mapping[str, str] | None = None,
+    columns: Mapping[str, str] | None = None,
     counts_per_turn: object = None,
     gear_ratio: object = 1.0,
     offset: object = (0.0, 0.0),
@@ -58,6 +59,8 @@ def from_log(
         The assembly mode; by default the one that fits x and y, or -1.
     units : mapping, optional
         Units of columns that name none: {"q1": "deg"}.
+    columns : mapping, optional
+        Headings of columns that are called otherwise: {"q1": "position[0]", "tau1": "M1 (mNm)"}.
     counts_per_turn : float or pair, optional
         Encoder counts of a turn, where q is in counts.
     gear_ratio : float or pair
@@ -90,16 +93,16 @@ def from_log(
     """
     source: Any = t
     whole = isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read")
-    columns = {"q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
+    arrays = {"q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
     if not whole:
-        source = {"t": t, **columns}
-    elif extra := [name for name, column in columns.items() if column is not None]:
+        source = {"t": t, **arrays}
+    elif extra := [name for name, array in arrays.items() if array is not None]:
         raise ValueError(f"from_log: columns beside a file or a mapping: {', '.join(extra)}")
     own: Any = FiveBar() if robot is None else robot_for("fb.from_log")(robot, "robot")
     if assembly is not None:
         assembly = modes(1)(assembly, "assembly")
-    gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
-    return _run_of(read_log(source, own, units, gauges), own, assembly)
+    gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant, units, columns)
+    return _run_of(read_log(source, own, gauges), own, assembly)
 
 
 def _run_of(log, robot, assembly):

@@ -41,6 +41,7 @@ def path(
     curvature: bool = False,
     placement: Placement | None = None,
     units: str | Mapping[str, str] | Sequence[str] | None = None,
+    columns: Mapping[str, str] | Sequence[str] | None = None,
     kind: str | None = None,
     pen_values: tuple[float, float] | None = None,
 ) -> Path:
@@ -65,6 +66,8 @@ def path(
     pen_values : (2,), optional
         Height Z, or angle of the servo, where the pen of G-code is down, and where it is up; as the
         file writes them. By default it is down at Z <= 0, or where no G0 goes.
+    columns : mapping or sequence of str, optional
+        Headings of a CSV that are called otherwise: {"x": "East (mm)"} or ("x=East (mm)",).
     kind : {"csv", "svg", "gcode"}, optional
         Kind of the file; by default from its ending, and without one from its first letter.
 
@@ -89,16 +92,16 @@ def path(
     if isinstance(points_or_file, str | os.PathLike) or hasattr(points_or_file, "read"):
         text, name = whole_text(points_or_file, "a drawing", LARGEST)
         with named(name):  # pieces do not know it, as a line that ends at 1e200 m
-            return _read(text, name, units, kind, pen_values).finished(
-                placement, deviation, curvature
-            )
-    for name, value in (("units", units), ("kind", kind), ("pen_values", pen_values)):
+            draft = _read(text, name, units, columns, kind, pen_values)
+            return draft.finished(placement, deviation, curvature)
+    of_files = {"units": units, "columns": columns, "kind": kind, "pen_values": pen_values}
+    for name, value in of_files.items():
         if value is not None:
             raise ValueError(f"path: {name} is of a file, and there is none")
     return read_points(points_or_file).finished(placement, deviation, curvature)
 
 
-def _read(text: str, name: str, units, kind, pen_values) -> Draft:
+def _read(text: str, name: str, units, columns, kind, pen_values) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
     if ending == "mp" and kind is None:
         raise ValueError(
@@ -113,7 +116,9 @@ def _read(text: str, name: str, units, kind, pen_values) -> Draft:
     if kind == "csv":
         again = io.StringIO(text)
         again.name = name
-        return read_csv(again, units_named(units, "path: units"))
+        return read_csv(again, units_named(units, "path: units"), columns)
+    if columns:
+        raise ValueError(f"path: columns are of a CSV file, and {name} is none")
     if not (units is None or isinstance(units, str)):
         raise ValueError(f'path: units of {name} must be one word, as "mm", not {shown(units)}')
     if kind == "gcode":

@@ -23,11 +23,15 @@ COLUMNS = {
 }
 
 
-def read_csv(file: TextFile, units: Mapping[str, str] | Sequence[str] = ()) -> Draft:
+def read_csv(
+    file: TextFile,
+    units: Mapping[str, str] | Sequence[str] = (),
+    columns: Mapping[str, str] | Sequence[str] | None = (),
+) -> Draft:
     """Return the Draft of a CSV file with columns x, y and perhaps pen (1 down, 0 up, on the way to
     the row's point).
     """
-    table = read(file, COLUMNS, units)
+    table = read(file, COLUMNS, units, columns=columns)
     refuse_unclear_lengths(table)
     draft = Draft(table.name, notes=list(table.notes))
     if "t" in table.values:
