@@ -44,6 +44,7 @@ _MODULES = {
     "forward_dynamics": "models.dynamics",
     "friction_torques": "models.loads",
     "from_csv": "planning.samples",
+    "from_bag": "estimation.logs.measured_runs",
     "from_log": "estimation.logs.measured_runs",
     "Gcode": "exporters.gcode",
     "gravity_torques": "models.dynamics",
@@ -145,7 +146,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .estimation.identification.exciting import exciting_trajectory
     from .estimation.identification.identify import identify
     from .estimation.identification.result import Identification
-    from .estimation.logs.measured_runs import from_log
+    from .estimation.logs.measured_runs import from_bag, from_log
     from .estimation.logs.replays import replay
     from .exporters.export import export
     from .exporters.gcode import Gcode

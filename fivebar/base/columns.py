@@ -124,7 +124,7 @@ def read(
         The source is none of these.
     """
     named_units = _units_by_name(units_named(units, "units"), wanted)
-    calls = _headings_by_name(units_named(columns, "columns"), wanted)
+    calls = headings_by_name(columns, wanted)
     if isinstance(source, Mapping):
         return _from_arrays(source, wanted, named_units, name, calls)
     if not (isinstance(source, (str, os.PathLike)) or hasattr(source, "read")):
@@ -177,8 +177,11 @@ def _units_by_name(units, wanted):
     return result
 
 
-def _headings_by_name(columns, wanted):
-    """Return {name: heading} of what the caller says about columns."""
+def headings_by_name(
+    columns: Mapping[str, str] | Sequence[str] | None, wanted: Iterable[str]
+) -> dict[str, str]:
+    """Return {name: heading} of what the caller says about columns, the names among the wanted."""
+    columns = units_named(columns, "columns")
     pairs = columns.items() if isinstance(columns, Mapping) else map(_halves, columns)
     calls = dict(pairs)
     for key, heading in calls.items():

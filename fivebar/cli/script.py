@@ -45,6 +45,7 @@ def add_parsers(commands):
 OPTIONS = {
     "--until S": (5.0, "simulated time at which the script gets its KeyboardInterrupt"),
     "--record NAME": "write the motion to a CSV file, a row each millisecond",
+    "--bag NAME": "write the motion to a new folder, a bag of ROS 2 for PlotJuggler and Foxglove",
     "--plot NAME": "draw the motion",
     "--animate NAME": "write the motion as a 3-D page (.html), or .gif, .mp4, .webm",
     "--plots NAME": (".", "folder for the script's own windows and scopes"),
@@ -120,12 +121,12 @@ def _check(arguments):
         )
     if not 0 <= arguments.seed <= MOST_SEED:
         raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")
-    for name, value in used_options(arguments, "record", "plot", "animate").items():
+    for name, value in used_options(arguments, "record", "bag", "plot", "animate").items():
         path = Path(value)
         if not path.parent.is_dir():
             raise UsageError(f"--{name} {path}: no such folder")
         if path.is_dir():
-            raise UsageError(f"--{name} {path} is a folder, not a file")
+            raise UsageError(f"--{name} {path} is a folder already")
         if name in ENDINGS:
             check_ending(f"--{name}", path, ENDINGS[name])
     if not Path(arguments.plots).is_dir():

@@ -12,7 +12,7 @@ import numpy as np
 from ..base.checks import positive
 from ..base.presentation import Animated
 from ..base.representation import one_line
-from ..base.tables import Table, TextFile, write
+from ..base.tables import FilePath, Table, TextFile, write
 from ..models.four_joints import rates_from_joint_state
 from ..models.geometry import igm
 from ..models.joint_positions import beside_joint, elbows, joints
@@ -272,6 +272,16 @@ class Run(Animated):
         Of a biglide foot, end-effector, foot.
         """
         return joints(self.robot, elbows(self.robot, self.q), self.xi)
+
+    def to_bag(self, folder: FilePath) -> None:
+        """Write a bag of ROS 2 that PlotJuggler and Foxglove open, to a new folder.
+
+        Its topics are /joint_states, /end_effector and /end_effector_reference. It needs the
+        package rosbags (`pip install fivebar[ros]`).
+        """
+        from .bags import write_bag
+
+        write_bag(self, folder)
 
     def to_csv(self, path: TextFile) -> None:
         """Write the run in SI units; what is not in its rows, but the log, is in a comment line.

@@ -220,7 +220,7 @@ path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
         (["script.py", "--timeout", "nan"], "--timeout must be finite and > 0, not nan"),
         (["script.py", "--seed", "-1"], "--seed must be from 0 to 4294967295, not -1"),
         (["script.py", "--record", "none/run.csv"], "--record none/run.csv: no such folder"),
-        (["script.py", "--record", "."], "--record . is a folder, not a file"),
+        (["script.py", "--record", "."], "--record . is a folder already"),
         (["script.py", "--plot", "run.xyz"], "--plot must end in .png, .svg or .pdf"),
         (["script.py", "--animate", "run"], "--animate must end in .html"),
         (["script.py", "--plots", "none"], "--plots none: no such folder"),

@@ -10,6 +10,7 @@ from .plot_tools import scopes
 
 PEN = "#0072B2", "#D55E00"
 MOST_COLUMNS = 4
+WRITERS = {"record": "to_csv", "bag": "to_bag", "plot": "plot", "animate": "animate"}
 
 
 def figures(world, run, wall):
@@ -56,7 +57,7 @@ def _difference(scope):
 
 def write_files(run, options):
     """The files asked for; the script's own windows are written as they close."""
-    for option, write in (("record", "to_csv"), ("plot", "plot"), ("animate", "animate")):
+    for option, write in WRITERS.items():
         path = options[option]
         if path is None:
             continue

@@ -13,6 +13,7 @@ from scipy.ndimage import binary_dilation
 from ...base.tables import file_or_path
 from ...models.geometry import dgm
 from ...models.robots import Robot
+from ...simulation.bags import is_bag
 from ...simulation.run import Run
 from ..logs.derivatives import HIGHEST, derivatives, half_window, spectrum
 from ..logs.logs import Gauges, Log, evenly, read_log
@@ -52,7 +53,7 @@ def log_of(source: Any, robot: Robot, gauges: Gauges) -> tuple[Log, bool]:
 
     Those of a simulated run are held from each time to the next.
     """
-    if isinstance(source, (str, os.PathLike)) and _is_a_run(source):
+    if isinstance(source, (str, os.PathLike)) and not is_bag(source) and _is_a_run(source):
         source = Run.from_csv(source)
     if not isinstance(source, Run):
         return read_log(source, robot, gauges), False

@@ -11,7 +11,7 @@ from numpy import ndarray
 from scipy.interpolate import CubicSpline
 
 from ...base.checks import number, positive, two_numbers
-from ...base.columns import TIME, Columns, Quantity, read, refuse_unclear_times
+from ...base.columns import TIME, Columns, Quantity, headings_by_name, read, refuse_unclear_times
 from ...base.tables import TextFile, named
 from ...base.units import (
     AMPERES,
@@ -24,6 +24,7 @@ from ...base.units import (
     SPEEDS,
 )
 from ...models.robots import Robot
+from ...simulation.bags import JOINTS, is_bag, read_bag
 
 LATE = 1.5  # sampling periods between two rows: from there on rows are missing
 SLOW = 0.2  # s: rows without a unit of time that are so far apart may be so many ms
@@ -121,14 +122,24 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
     return columns
 
 
-def read_log(source: TextFile | Mapping, robot: Robot, gauges: Gauges = AT_THE_JOINTS) -> Log:
-    """Return the Log in a file or a mapping of arrays with the columns of `wanted`.
+def read_log(
+    source: TextFile | Mapping | Columns, robot: Robot, gauges: Gauges = AT_THE_JOINTS
+) -> Log:
+    """Return the Log in a file, a bag, or a mapping of arrays with the columns of `wanted`.
 
     In a mapping, q (n, 2) may stand for q1 and q2, and so on.
     """
     if isinstance(source, Mapping):
         source = _split_pairs(source)
-    table = read(source, wanted(robot), gauges.units, "the log", gauges.columns)
+    if is_bag(source):
+        called = headings_by_name(gauges.columns, ("q1", "q2"))
+        joints = [called.get(name, joint) for name, joint in zip(("q1", "q2"), JOINTS)]
+        source = read_bag(source, robot, joints=joints)
+    table = (
+        source
+        if isinstance(source, Columns)
+        else read(source, wanted(robot), gauges.units, "the log", gauges.columns)
+    )
     refuse_unclear_times(table, SLOW)
     with named(table.name):
         pairs = {name: _pair(table.values, *columns) for name, columns in PAIRS.items()}

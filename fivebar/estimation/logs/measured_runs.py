@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +11,12 @@ from numpy import ndarray
 
 from ...base.checks import modes
 from ...base.robot_uses import robot_for
+from ...base.tables import FilePath
 from ...models.dynamics import energy
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
 from ...models.robots import FiveBar, Robot
+from ...simulation.bags import JOINTS, read_bag
 from ...simulation.run import Event, Measured, Run
 from ...singularities.margins import Singularity
 from .derivatives import HIGHEST, derivatives, half_window, spectrum
@@ -103,6 +105,54 @@ def from_log(
         assembly = modes(1)(assembly, "assembly")
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant, units, columns)
     return _run_of(read_log(source, own, gauges), own, assembly)
+
+
+def from_bag(
+    path: FilePath,
+    topic: str | None = None,
+    joints: Sequence[str] = JOINTS,
+    *,
+    robot: Robot | None = None,
+    assembly: int | None = None,
+    gear_ratio: object = 1.0,
+    offset: object = (0.0, 0.0),
+    torque_constant: object = None,
+) -> Run:
+    """Return the Run in a bag of ROS 2 (sqlite3 or MCAP), as `from_log` does.
+
+    Parameters
+    ----------
+    path : path
+        The bag's folder, or an MCAP file.
+    topic : str, optional
+        Of messages sensor_msgs/JointState; /joint_states, or the only one, by default.
+    joints : pair of str
+        The left and the right motor's joint in the messages.
+    robot, assembly, gear_ratio, offset, torque_constant
+        As of `from_log`.
+
+    Returns
+    -------
+    Run
+        Its reference is that of a JointTrajectory, or of a Pose or Point in whose topic is "ref",
+        "desired", "goal", "target" or "command". Other poses are those of the end-effector.
+
+    Raises
+    ------
+    ValueError
+        The bag has no such topic or joints; the message names those that it has.
+    ImportError
+        The package rosbags is not installed (`pip install fivebar[ros]`).
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> run = fb.from_bag("rosbag2_2026_05_01", joints=("joint_1", "joint_2"))  # doctest: +SKIP
+    """
+    own: Any = FiveBar() if robot is None else robot_for("fb.from_log")(robot, "robot")
+    table = read_bag(path, own, topic, joints, -1 if assembly is None else assembly)
+    gauges = Gauges(None, gear_ratio, offset, torque_constant)
+    return _run_of(read_log(table, own, gauges), own, assembly)
 
 
 def _run_of(log, robot, assembly):
