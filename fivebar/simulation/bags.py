@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 from numpy import ndarray
@@ -41,7 +41,7 @@ def _rosbags():
     return highlevel, rosbag2, typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 
 
-def is_bag(source: object) -> bool:
+def is_bag(source: object) -> TypeGuard[FilePath]:
     """Return whether a path is a bag: its folder, or one of its files."""
     if not isinstance(source, (str, Path)):
         return False
@@ -190,7 +190,7 @@ def write_bag(run: Run, folder: FilePath) -> None:
     _, rosbag2, types = _rosbags()
     own = types.types
     rows = np.column_stack([run.q, run.q_dot, run.tau])
-    points = {"/end_effector": run.xi, "/end_effector_reference": run.xi_ref}
+    points: dict[str, Any] = {"/end_effector": run.xi, "/end_effector_reference": run.xi_ref}
     upright = own["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
     storage = rosbag2.StoragePlugin.MCAP
     with rosbag2.Writer(Path(folder), version=9, storage_plugin=storage) as writer:
