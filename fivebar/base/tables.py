@@ -39,7 +39,7 @@ STRANGE = (
 )
 DPI = 200  # of pictures
 # Outlines of letters (Type 3) are refused by journals, and cannot be searched.
-TEXT = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
+TEXT: Any = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
 _NUMBERS = count()  # of files being written: threads may write one at the same time
 _PART = re.compile(r"\..{1,40}\.(\d+)-\d+\.part(\.\w+)?", re.DOTALL)
 _CLEARED: set[str] = set()  # folders in which this process has looked for what killed ones left

@@ -23,6 +23,7 @@ from .panels import (
     draw_robot,
     finish,
     new_figure,
+    new_panels,
     plane,
     set_window,
 )
@@ -60,20 +61,18 @@ def draw_sweep(sweep: Sweep, figure: str | None = None) -> Figure:
     if set(columns) == {"r1", "r2", "r3"} and np.ptp(sum(columns.values())) < 1e-9:
         return _atlas(columns, values[figures[0]], good, figures[0])
     varied = {name: column for name, column in columns.items() if np.ptp(column[good]) > 0}
-    varied = {_words(name, column): column for name, column in (varied or columns).items()}
-    scaled = {words: factor * column for (words, factor), column in varied.items()}
+    scaled = {}
+    for name, column in (varied or columns).items():
+        words, factor = _words(name, column)
+        scaled[words] = factor * column
     shown = {_words(name, column): (name, column) for name, column in values.items()}
     if len(scaled) == 2:
-        picture, drawing = (
-            new_figure(5.6 * min(len(shown), 2), 4.4 * -(-len(shown) // 2)),
-            _contours,
-        )
-        panels = picture.subplots(-(-len(shown) // 2), min(len(shown), 2), squeeze=False).ravel()
-        for axes in panels[len(shown) :]:
-            axes.remove()
+        drawing = _contours
+        picture, panels = new_panels(None, len(shown), 2, 5.4, 4.2)
     else:
         size = min(3.4 * len(scaled), 12) + 0.6, 3.4 * len(shown)
-        picture, drawing = new_figure(*size), _curves
+        drawing = _curves
+        picture = new_figure(*size)
         panels = picture.subplots(len(shown), len(scaled), sharey="row", squeeze=False)
     for axes, ((words, factor), (name, column)) in zip(panels, shown.items()):
         best = sweep.best(name)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from ...singularities.maps import Map
 
-WIDTHS = {"column": 88.0, "page": 181.0}  # mm
+WIDTHS: dict[Any, float] = {"column": 88.0, "page": 181.0}  # mm
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 
 
@@ -79,11 +79,11 @@ def singularity_map(
     >>> figure.axes[0].get_title()
     'assembly mode +1'
     """
-    known: list[Any] = [tuple(mode) if np.ndim(mode) else int(mode) for mode in data.modes]
+    known: list[Any] = list(data.modes)
     wanted: list[Any] = known if modes is None else list(modes)
     if not wanted or not all(mode in known for mode in wanted):
         raise ValueError(f"modes: {wanted}, where the map has {known}")
-    inches = positive(WIDTHS.get(width, width), "width") / 25.4
+    inches = positive(WIDTHS.get(width) or width, "width") / 25.4
     columns = min(len(wanted), 1 if inches < 4 else 2)
     side = (inches - 1.6) / columns
     regions = None
@@ -99,7 +99,7 @@ def singularity_map(
             image = _panel(panel, data, known.index(mode), path, dexterous, regions, kinds)
         scale = field_scale(data)
         extend = "neither" if data.field in (*SIGNED, "transmission_angle") else "max"
-        bar = dict(label=scale.words, shrink=0.85, pad=0.02, extend=extend)
+        bar: dict[str, Any] = dict(label=scale.words, shrink=0.85, pad=0.02, extend=extend)
         colours = figure.colorbar(image, ax=list(panels), **bar)
         colours.ax.tick_params(labelsize=rcParams["font.size"])
         handles = [Line2D([], [], label=words, **STYLES[f"map.{words}"]) for words in kinds]
