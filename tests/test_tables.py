@@ -144,7 +144,7 @@ def alike(a, b):
     for name in ("knots", "xi", "xi_dot", "xi_ddot", "tau"):
         same(getattr(a.pieces, name), getattr(b.pieces, name))
     t = np.linspace(-1, a.duration + 1, 33)
-    same(a(t) + (a.tau(t),), b(t) + (b.tau(t),))
+    same(a(t) + (a.torques(t),), b(t) + (b.torques(t),))
 
 
 @pytest.mark.deep
@@ -443,7 +443,7 @@ def test_a_time_that_is_nan_is_refused(plan):
         with pytest.raises(ValueError, match=r"but t\[1, 0\] is nan"):
             motion([[0.0], [np.nan]])
         same(motion(np.inf)[0], motion(1e9)[0])
-    for other in (plan.tau, plan.accelerations, plan.bar_forces):
+    for other in (plan.torques, plan.accelerations, plan.bar_forces):
         with pytest.raises(ValueError, match="t is nan"):
             other(np.nan)
 

@@ -161,7 +161,11 @@ def unpack(v, name):
             )
         return v[0], v[1]
     array = real_numbers(v, name, "of shape (2,) or (*batch, 2)")
-    if array.ndim == 0 or array.shape[-1] != 2:
+    if array.ndim == 0:
+        raise ValueError(
+            f"{name} must be two numbers in one argument, (a, b), not the single number {array:g}"
+        )
+    if array.shape[-1] != 2:
         raise ValueError(f"{name} must have shape (2,) or (*batch, 2), not {array.shape}")
     if array.ndim == 1:
         x, y = array.tolist()

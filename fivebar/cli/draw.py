@@ -228,7 +228,7 @@ def _say_leaps(machine, motion, run, off, size):
 
     words = machine.robot.words
     usual = float(np.median(off[off > 0])) if off.any() else 0.0
-    needed = float(np.abs(motion.tau(run.t)).max())
+    needed = float(np.abs(motion.torques(run.t)).max())
     efforts = np.abs(run.tau).max(axis=1)
     error, effort = float(off.max()), float(efforts.max())
     leaps = []

@@ -148,7 +148,7 @@ def _figures(robot, plan):
     return {
         "duration_s": plan.duration,
         "objective": plan.objective,
-        peak_name(robot): np.abs(plan.tau(t)).max(axis=0).tolist(),
+        peak_name(robot): np.abs(plan.torques(t)).max(axis=0).tolist(),
         "singularity_crossings": sorted(crossings),
         "working_at_the_end": [int(mode) for mode in pose.working[-1]],
         "relative_error": plan.error,

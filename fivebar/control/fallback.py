@@ -35,7 +35,7 @@ def reference_torques(
 ) -> np.ndarray:
     """Return the torques (n, 2), N m, of the reference at n times; 0 where it has none."""
     if free_of_modes(reference):
-        return reference.tau(times)
+        return reference.torques(times)
     xi, xi_dot, xi_ddot = reference(times)
     try:
         return inverse_dynamics(ikm2(ikm(igm(robot, xi, _working(margins)), xi_dot), xi_ddot))

@@ -204,14 +204,14 @@ class FeedForward(_JointController):
     ahead: float = 0.005
 
     def __call__(self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Any) -> np.ndarray:
-        if reference is None or not hasattr(reference, "tau"):
+        if reference is None or not hasattr(reference, "torques"):
             raise ValueError(
                 "FeedForward needs a Plan as the reference: another has no torque to feed forward"
             )
         q_ref, q_ref_dot = reference.joints(t)
         end = reference.start + reference.duration
         if t < end - 1e-9 * end:
-            tau = reference.tau(min(t + self.ahead, end))
+            tau = reference.torques(min(t + self.ahead, end))
         else:
             tau = np.zeros(2)
         error = self.robot.joint_difference(q_ref - q)

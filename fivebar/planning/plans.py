@@ -133,7 +133,7 @@ class Plan(Animated):
         acc = self.problem.accelerations(motion)
         return acc.rates.pose.xi, acc.rates.xi_dot, acc.xi_ddot
 
-    def tau(self, t: ArrayLike) -> np.ndarray:
+    def torques(self, t: ArrayLike) -> np.ndarray:
         """Return planned torques (*t.shape, 2), N m; 0 before and after."""
         return self.motion(t)[..., -2:]
 
@@ -239,7 +239,7 @@ class Plan(Animated):
     def saturated(self) -> float:
         """Return the part of the time in which at least one torque is within 0.1 % of its limit."""
         t = np.linspace(0, self.duration, 2001)
-        share = self.problem.constraints.torque_share(self.tau(t), self.joints(t)[1])
+        share = self.problem.constraints.torque_share(self.torques(t), self.joints(t)[1])
         return float(np.mean(share >= 0.999))
 
     def to_csv(self, path: TextFile) -> None:

@@ -57,7 +57,7 @@ def solved(robot, one, other):
         if error <= CLOSE and gap <= GAP
         else f"failed: ends {error:.2g} m off, gap {gap:.2g}"
     )
-    return words, seconds, float(np.abs(plan.tau(t)).max()), error, gap
+    return words, seconds, float(np.abs(plan.torques(t)).max()), error, gap
 
 
 def main(quick=False):

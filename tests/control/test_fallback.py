@@ -65,7 +65,7 @@ class FreePlan:
     def joints(self, t):
         return np.array([0.1 * t, 0.2]), np.array([0.1, 0.0])
 
-    def tau(self, t):
+    def torques(self, t):
         return np.stack([np.asarray(t) * 1.0, np.asarray(t) * 2.0], axis=-1)
 
 
@@ -106,5 +106,5 @@ def test_feed_forward_reads_the_plan_ahead_and_is_a_pd_after_its_end(t, ahead):
     law = fb.FeedForward(ROBOT, (10, 20), (1, 2))
     q_ref, q_ref_dot = FreePlan().joints(t)
     feedback = (q_ref - Q) * (10, 20) + (q_ref_dot - Q_DOT) * (1, 2)
-    fed = 0.0 if ahead is None else FreePlan().tau(min(t + ahead, 2.0))
+    fed = 0.0 if ahead is None else FreePlan().torques(min(t + ahead, 2.0))
     assert law(t, Q, Q_DOT, FreePlan()) == pytest.approx(fed + feedback, rel=1e-12)

@@ -74,7 +74,7 @@ def line_share(motion, motor, count=4001):
     """By `inverse_dynamics` alone: the largest shares of torque and line, (count,) each."""
     t = np.linspace(0, motion.duration, count + 2)[1:-1]  # at rest, dry friction has no value
     accelerations = motion.accelerations(t)
-    tau, q_dot = motion.tau(t), accelerations.rates.q_dot
+    tau, q_dot = motion.torques(t), accelerations.rates.q_dot
     return np.abs(tau / motor.stall + q_dot / motor.speed).max(1), np.abs(tau / motor.torque).max(1)
 
 

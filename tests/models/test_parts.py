@@ -140,3 +140,30 @@ def test_symbols_take_no_batch_of_modes_and_close_unasked():
     with pytest.raises(ValueError, match="longest = 2 m is longer than a \\+ b = 1.5 m, by 0.5 m"):
         must_close("loop", {"a": 1.0, "longest": 2.0, "b": 0.5})
     must_close("loop", {"a": 1.0, "longest": 1.5, "b": 0.5})
+
+
+POSE = fb.igm(fb.FiveBar(), (0.05, 0.09))
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: fb.dgm(fb.FiveBar(), 0.2, -0.1),
+        lambda: fb.igm(fb.FiveBar(), 0.05, 0.09),
+        lambda: fb.igm(fb.Biglide(), np.float64(0.05), (-1, -1)),
+        lambda: fb.dkm(POSE, 0.2),
+        lambda: fb.ikm2(fb.ikm(POSE, (0.1, 0.0)), 1),
+        lambda: fb.locus_distance(fb.FiveBar(), 0.05, (-1, -1)),
+    ],
+)
+def test_a_single_number_for_a_pair_is_told_to_go_into_one_argument(call):
+    with pytest.raises(
+        ValueError, match=r"^\w+ must be two numbers in one argument, \(a, b\), not"
+    ):
+        call()
+
+
+def test_torques_of_a_motion_at_given_times_are_named_like_its_joints():
+    """`tau` is an array: of a Run, of a log, of a point of a motion."""
+    for motion in (fb.Plan, fb.TimedPath):
+        assert not hasattr(motion, "tau") and {"torques", "joints"} <= set(dir(motion))

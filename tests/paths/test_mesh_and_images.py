@@ -127,7 +127,7 @@ def test_torques_are_kept_on_both_sides_of_type_2(elbow):
     assert motion.crossing.sum() == 1 and 0 < motion.gap < 0.2
     share = np.array([0.03, 0.3, 0.7, 0.97])
     t = (motion.times[:-1, None] + np.diff(motion.times)[:, None] * share).ravel()
-    used = np.abs(motion.tau(t)) / limits.torque
+    used = np.abs(motion.torques(t)) / limits.torque
     near = np.abs(t - motion.times[motion.crossing][0]) < 0.05
     assert used.max() <= 1 + 1e-6 and used[near].max() > 0.3
     assert fb.check_path(robot, motion).criterion_holds

@@ -138,9 +138,9 @@ def test_type_2_is_crossed_by_the_criterion_with_finite_torque():
     assert abs(found.time - at) < 1e-9
     # Torques beside it agree with the inverse model where this has digits, and reach on to it from either side.
     for side in (-1, 1):
-        near, far = motion.tau(at + side * np.array([1e-9, 1e-6]))
+        near, far = motion.torques(at + side * np.array([1e-9, 1e-6]))
         assert np.abs(near - far).max() < 1e-3 and np.abs(
-            motion.tau(at + side * 1e-9)
+            motion.torques(at + side * 1e-9)
         ).max() <= 0.1 * (1 + 1e-6)
 
 
@@ -204,7 +204,7 @@ def test_a_given_duration_takes_the_least_share_of_the_torques():
             slow,
             free,
         ):  # without friction and gravity, torques go as the square of the pace
-            assert np.abs(motion.tau(t)).max() == pytest.approx(0.025, rel=2e-3)
+            assert np.abs(motion.torques(t)).max() == pytest.approx(0.025, rel=2e-3)
     with pytest.raises(
         fb.TimingError, match=r"is 0\.2\d* s below what is proved to be the least, 0\.48"
     ):

@@ -695,7 +695,7 @@ def test_a_timed_path_by_hand(pace):
     np.testing.assert_allclose(q, pose.q)
     np.testing.assert_allclose(q_dot, rates.q_dot)
     tau = fb.inverse_dynamics(fb.ikm2(rates, xi_ddot))
-    np.testing.assert_allclose(motion.tau(middles), tau)
+    np.testing.assert_allclose(motion.torques(middles), tau)
     assert motion.tool is None
     assert repr(motion) == (
         f"<TimedPath: {lengths.sum():.6g} m, {motion.duration:.6g} s, proved: no less than 0.5 s,"
@@ -717,7 +717,7 @@ def test_rows_of_a_timed_path(rate):
     np.testing.assert_allclose(rows[:, 1:7], np.hstack(motion(t)), atol=1e-15)
     np.testing.assert_allclose(rows[:, 7:9], motion.joints(t)[0], atol=1e-14)
     np.testing.assert_allclose(rows[:, 9:11], motion.joints(t)[1], atol=1e-12)
-    np.testing.assert_allclose(rows[:, 11:13], motion.tau(t), atol=1e-15)
+    np.testing.assert_allclose(rows[:, 11:13], motion.torques(t), atol=1e-15)
     np.testing.assert_allclose(
         DRAWING(np.clip(rows[:, 13], 0, DRAWING.length))[0], rows[:, 1:3], atol=1e-12
     )

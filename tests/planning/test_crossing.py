@@ -54,4 +54,4 @@ def test_crossing_polynomial_keeps_the_criterion(five_bar_numbers):
 
 def test_plan_is_cheaper_than_the_polynomial(crossing, five_bar_numbers):
     worst = max(map(float, five_bar_numbers["compliant_crossing"]["peak_abs_tau_2000pts"]))
-    assert np.abs(crossing.tau(fine(crossing))).max() <= worst / 20
+    assert np.abs(crossing.torques(fine(crossing))).max() <= worst / 20

@@ -54,12 +54,12 @@ def test_weights_and_functions_are_added(plain):
     assert both.objective == pytest.approx(2 * plain.objective, rel=1e-6)
     assert np.abs(both(T)[0] - plain(T)[0]).max() < 1e-7
     smooth = planned({"effort": 1.0, "power": lambda m: 10 * casadi.sumsqr(m.tau * m.q_dot)})
-    power = [np.mean((plan.tau(T) * plan.joints(T)[1]) ** 2) for plan in (plain, smooth)]
+    power = [np.mean((plan.torques(T) * plan.joints(T)[1]) ** 2) for plan in (plain, smooth)]
     assert power[1] < 0.9 * power[0]
 
 
 def test_a_torque_limit_of_the_users_own(plain):
-    limit = 0.85 * np.abs(plain.tau(T)).max()
+    limit = 0.85 * np.abs(plain.torques(T)).max()
     sides = {f"{k} {sign}": (k, sign) for k in (0, 1) for sign in (-1, 1)}
 
     def room(k, sign):
@@ -68,7 +68,7 @@ def test_a_torque_limit_of_the_users_own(plain):
     own = planned(functions={name: room(*side) for name, side in sides.items()})
     known = planned(constraints={"torque": limit})
     assert own.objective == pytest.approx(known.objective, rel=1e-4)
-    assert np.abs(own.tau(T)).max() < 1.001 * limit
+    assert np.abs(own.torques(T)).max() < 1.001 * limit
     assert all(own.violations[name] < 1e-3 for name in sides)
 
 

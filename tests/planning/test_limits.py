@@ -222,13 +222,13 @@ def test_a_plan_keeps_to_the_line_of_its_motors():
     coarse = fb.Collocation(intervals=10)
     t = np.linspace(0.0, 1.0, 1001)
     free = fb.plan(ROBOT, START, GOAL, 1.0, collocation=coarse)
-    tau, (_, q_dot) = free.tau(t), free.joints(t)
+    tau, (_, q_dot) = free.torques(t), free.joints(t)
     fastest = np.abs(q_dot).max()
     stall = np.abs(tau).max() * 1.2
     motors = fb.Constraints(motors=fb.Motor(stall, fastest))
     assert motors.torque_share(tau, q_dot).max() > 1.05
     plan = fb.plan(ROBOT, START, GOAL, 1.0, constraints=motors, collocation=coarse)
-    share = np.abs(plan.tau(t) / stall + plan.joints(t)[1] / fastest).max(axis=1)
+    share = np.abs(plan.torques(t) / stall + plan.joints(t)[1] / fastest).max(axis=1)
     assert 0.999 < share.max() < 1.002
     assert 1.001 * free.objective < plan.objective < 1.5 * free.objective
     assert plan.saturated == pytest.approx(np.mean(share >= 0.999), abs=0.02)

@@ -100,7 +100,7 @@ def test_smoothing_of_dry_friction_in_a_plan_is_measured():
     )
     assert fast.any()
     np.testing.assert_allclose(
-        plan.tau(t)[fast], exact[fast], atol=0.005 * 0.5 * (0.05 / 0.5) ** 2 + 1e-5
+        plan.torques(t)[fast], exact[fast], atol=0.005 * 0.5 * (0.05 / 0.5) ** 2 + 1e-5
     )
     assert fb.plan(replace(RUBS, fs1=0, fs2=0), HOME, (0.06, 0.1), 1.0).friction_error == 0
 

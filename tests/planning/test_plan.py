@@ -27,7 +27,7 @@ def check_motion(motion, tolerance=1.1e-3):
     t = fine(motion)
     xi, xi_dot, xi_ddot = motion(t)
     rates = fb.ikm(fb.igm(motion.robot, xi, motion.problem.working), xi_dot)
-    made = fb.forward_dynamics(rates, motion.tau(t)).xi_ddot
+    made = fb.forward_dynamics(rates, motion.torques(t)).xi_ddot
     assert np.abs(made - xi_ddot).max() <= 2 * tolerance * np.linalg.norm(xi_ddot, axis=1).max()
     assert motion.status == "Solve_Succeeded" and motion.error <= tolerance
     for name, value in motion.violations.items():
@@ -42,7 +42,7 @@ def check_motion(motion, tolerance=1.1e-3):
 
 def test_task_2_crosses_with_finite_torque(crossing):
     check_motion(crossing)
-    assert np.abs(crossing.tau(fine(crossing))).max() <= 0.0026  # 0.01 N m was asked for
+    assert np.abs(crossing.torques(fine(crossing))).max() <= 0.0026  # 0.01 N m was asked for
     assert np.abs(crossing.bar_forces(fine(crossing))).max() <= 1.0
     modes = np.sign(margins(crossing))
     assert modes[0].tolist() == [1, 1, 1] and modes[-1].tolist() == [1, 1, -1]
@@ -70,7 +70,11 @@ def test_criterion_comes_out_at_the_crossing(crossing):
 def test_torques_alone_make_the_motion_through_the_singularity(crossing):
     step = 0.001
     run = fb.simulate(
-        ROBOT, lambda t, *_: crossing.tau(t + step / 2), crossing, control_period=step, step=step
+        ROBOT,
+        lambda t, *_: crossing.torques(t + step / 2),
+        crossing,
+        control_period=step,
+        step=step,
     )
     assert np.linalg.norm(run.error, axis=1).max() <= 1e-7
     assert [event.type for event in run.events] == [Singularity.PARALLEL]
@@ -111,7 +115,7 @@ def test_schemes_agree(options, crossing):
     check_motion(found, options.get("tolerance", 1e-3) * 1.1)
     assert abs(found.objective / crossing.objective - 1) <= 1e-4
     t = fine(found)
-    squares = np.sum(found.tau(t) ** 2, axis=1)
+    squares = np.sum(found.torques(t) ** 2, axis=1)
     assert abs(np.trapezoid(squares, t) / found.objective - 1) <= 1e-3
 
 
@@ -137,7 +141,7 @@ def test_minimum_time_on_a_mesh_four_times_finer(degree):
 
 def test_minimum_time_is_bang_bang(fastest):
     check_motion(fastest)
-    tau = np.abs(fastest.tau(fine(fastest)))
+    tau = np.abs(fastest.torques(fine(fastest)))
     assert tau.max() <= 0.02 * (1 + 1e-6)  # between nodes too
     assert np.mean(tau.max(axis=1) >= 0.01999) >= 0.98 and fastest.saturated >= 0.98
     assert np.mean((tau >= 0.01999).all(axis=1)) >= 0.8
@@ -254,7 +258,7 @@ def test_jerk_and_a_mix_with_free_time():
     check_motion(mixed)
     a, t = mixed(fine(mixed))[2], fine(mixed)
     jerk = np.trapezoid(np.sum(np.gradient(a, t, axis=0) ** 2, axis=1), t)
-    effort = np.trapezoid(np.sum(mixed.tau(t) ** 2, axis=1), t)
+    effort = np.trapezoid(np.sum(mixed.torques(t) ** 2, axis=1), t)
     assert mixed.duration + 1e4 * effort + 1e-4 * jerk == pytest.approx(mixed.objective, rel=2e-3)
 
 
@@ -273,7 +277,9 @@ def test_unequal_robot(ends, working):
     t = np.linspace(0, 2, 7)
     regular = np.abs(found.accelerations(t).rates.pose.det_A) > 0.2
     exact = fb.inverse_dynamics(found.accelerations(t[regular]))
-    np.testing.assert_allclose(found.tau(t[regular]), exact, atol=0.02 * np.abs(found.tau(t)).max())
+    np.testing.assert_allclose(
+        found.torques(t[regular]), exact, atol=0.02 * np.abs(found.torques(t)).max()
+    )
 
 
 @pytest.mark.deep

@@ -22,15 +22,17 @@ def test_plan_is_a_reference(crossing):
         np.testing.assert_allclose(
             xi[..., :], np.where(np.asarray(t)[..., None] < 0, HOME, TASK_2), atol=1e-9
         )
-        assert not xi_dot.any() and not xi_ddot.any() and not crossing.tau(t).any()
-    assert [part.shape for part in crossing(0.3)] == [(2,)] * 3 and crossing.tau(0.3).shape == (2,)
+        assert not xi_dot.any() and not xi_ddot.any() and not crossing.torques(t).any()
+    assert [part.shape for part in crossing(0.3)] == [(2,)] * 3 and crossing.torques(0.3).shape == (
+        2,
+    )
     assert [part.shape for part in crossing(np.zeros((3, 4)))] == [(3, 4, 2)] * 3
     assert (crossing.start, crossing.duration) == (0.0, 4.0)
     assert len(crossing.nodes) == 3 * len(crossing.defects) and (np.diff(crossing.nodes) > 0).all()
     for end, within in ((0.0, 1e-9), (4.0, 4.0 - 1e-9)):  # it is the motion at its ends, too
         assert crossing(end)[2] == pytest.approx(crossing(within)[2], rel=1e-5)
-        assert crossing.tau(end) == pytest.approx(crossing.tau(within), rel=1e-5)
-        assert np.abs(crossing.tau(end)).min() > 1e-6
+        assert crossing.torques(end) == pytest.approx(crossing.torques(within), rel=1e-5)
+        assert np.abs(crossing.torques(end)).min() > 1e-6
     push, _ = bar_force_dynamics(
         crossing.accelerations(crossing.nodes), crossing.bar_forces(crossing.nodes).T
     )
@@ -53,7 +55,7 @@ def test_csv_round_trip(options, tmp_path):
     written.to_csv(tmp_path / "plan.csv")
     read = plans.Plan.from_csv(tmp_path / "plan.csv")
     t = fine(written)
-    for a, b in zip((*written(t), written.tau(t)), (*read(t), read.tau(t))):
+    for a, b in zip((*written(t), written.torques(t)), (*read(t), read.torques(t))):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-12 * np.abs(a).max() + 1e-15)
     assert (
         read.problem.constraints == written.problem.constraints
@@ -74,7 +76,7 @@ def test_csv_round_trip(options, tmp_path):
     )  # the ends, where Legendre and Gauss have no node
     for row in (rows[0], rows[-1]):
         np.testing.assert_allclose(
-            row[1:9], np.concatenate([*written(row[0]), written.tau(row[0])]), atol=1e-12
+            row[1:9], np.concatenate([*written(row[0]), written.torques(row[0])]), atol=1e-12
         )
     for name, text, words in (
         ("a", lines[1:], "line 1: not a file"),
@@ -107,7 +109,7 @@ def test_page_and_animation_show_themselves(crossing, fastest, tmp_path):
     assert what == "Type 2" and crossing.accelerations(when).rates.pose.det_A == pytest.approx(
         0, abs=1e-6
     )
-    for key, values in (("tau left", crossing.tau(t)[:, 0]), ("xi y", crossing(t)[0][:, 1])):
+    for key, values in (("tau left", crossing.torques(t)[:, 0]), ("xi y", crossing(t)[0][:, 1])):
         np.testing.assert_array_equal(
             np.frombuffer(b64decode(subject["columns"][key]["f8"])), values
         )

@@ -27,7 +27,7 @@ def test_too_little_torque_is_named_with_its_amount(fastest):
     assert 0.02 + caught.value.violations["torque"] == pytest.approx(needed, rel=5e-3)
     best = caught.value.plan
     assert best.duration == pytest.approx(0.5) and np.abs(
-        best.tau(fine(best))
+        best.torques(fine(best))
     ).max() == pytest.approx(needed, rel=5e-3)
     np.testing.assert_allclose(best(0.5)[0], TASK_1, atol=1e-7)
 

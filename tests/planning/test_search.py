@@ -61,7 +61,7 @@ def test_feed_forward_ends_with_the_plan():
     """The torque that brakes at the goal is not held beyond it."""
     plan = fb.plan(ROBOT, inside(1), inside(2), 2.0)
     run = fb.simulate(ROBOT, fb.FeedForward(ROBOT, 10.0, 0.5), plan, duration=2.5)
-    assert np.abs(plan.tau(2.0)).max() > 1e-3
+    assert np.abs(plan.torques(2.0)).max() > 1e-3
     assert run.xi[-1] == pytest.approx(inside(2).xi, abs=1e-6)
 
 
@@ -150,7 +150,7 @@ def test_limits_hold_between_nodes_too(one, other):
     limits = fb.Constraints(torque=0.03, joint_speed=4.0, region=square)
     plan = fb.plan(ROBOT, inside(one), inside(other), 2.0, constraints=limits)
     t = np.linspace(0, 2, 4001)
-    assert np.abs(plan.tau(t)).max() <= 0.03 * (1 + 1e-3)
+    assert np.abs(plan.torques(t)).max() <= 0.03 * (1 + 1e-3)
     assert np.abs(plan.joints(t)[1]).max() <= 4.0 * (1 + 1e-3)
     assert np.abs(plan(t)[0]).max() <= 0.2 * (1 + 1e-3)
 

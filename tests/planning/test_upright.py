@@ -52,7 +52,7 @@ def balance(plan):
     t = np.linspace(0, plan.duration, 20001)
     rates = plan.accelerations(t).rates
     energy = fb.energy(rates) + fb.potential(rates.pose)
-    power = (plan.tau(t) * rates.q_dot).sum(axis=1)
+    power = (plan.torques(t) * rates.q_dot).sum(axis=1)
     work = np.append(0.0, np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(t)))
     return np.abs(energy - energy[0] - work).max() / np.ptp(energy)
 
@@ -66,7 +66,7 @@ def test_between_poses_of_upright_robots(robot, start, goal, duration):
     assert plan.status in ("Solve_Succeeded", "Feasible_Point_Found")
     np.testing.assert_allclose(plan(np.array([duration]))[0][0], poses[1].xi, atol=1e-6)
     t = np.linspace(0, duration, 20001)
-    effort = np.trapezoid((plan.tau(t) ** 2).sum(axis=1), t)
+    effort = np.trapezoid((plan.torques(t) ** 2).sum(axis=1), t)
     assert plan.objective == pytest.approx(effort, rel=1e-3)
     assert np.hypot(*loop_gap(bars_pose(robot, tuple(plan.motion(t)[:, :4].T)))).max() < 1e-5
     assert balance(plan) < 2e-3

@@ -182,7 +182,7 @@ def test_a_plan_crosses_type_2_with_little_force():
     t = np.linspace(0, 2, 4000)
     det = fb.igm(LAB, plan(t)[0], plan.working).det_A
     assert det[0] * det[-1] < 0 and plan.error < 1e-3
-    assert np.abs(plan.tau(t)).max() < 2.0
+    assert np.abs(plan.torques(t)).max() < 2.0
     k = int(np.flatnonzero(det[1:] * det[:-1] < 0)[0])
     # At the crossing no inertial force points along the bars' common normal, which no bar can push along.
     free = fb.igm(LAB, plan(t[k])[0], plan.working).A[0] @ np.array([[0, 1], [-1, 0]])

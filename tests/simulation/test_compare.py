@@ -114,7 +114,7 @@ def test_the_crossing_is_task_2_of_the_lab_across_type_2():
     t = np.linspace(0.0, 4.0, 401)
     signs = np.sign(fb.igm(crossing.model, plan(t)[0], (-1, -1)).det_A)
     assert t[np.flatnonzero(np.diff(signs))] == pytest.approx([3.0], abs=0.02)
-    assert np.abs(plan.tau(t)).max() < 0.05
+    assert np.abs(plan.torques(t)).max() < 0.05
 
 
 @pytest.mark.parametrize(

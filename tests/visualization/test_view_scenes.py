@@ -157,7 +157,7 @@ def test_plans_show_their_own_torques_and_forces():
     velocity, acceleration, *forces = layers(scene, Arrows)
     np.testing.assert_array_equal([velocity.vectors, acceleration.vectors], [xi_dot, xi_ddot])
     np.testing.assert_array_equal(
-        [layer.values for layer in layers(scene, TurningArrows)], plan.tau(t).T
+        [layer.values for layer in layers(scene, TurningArrows)], plan.torques(t).T
     )
     u = plan.accelerations(t).rates.pose.A
     for leg, layer in enumerate(forces):

@@ -165,7 +165,7 @@ class TimedPath(Plotted):
         rates = self.accelerations(t).rates
         return rates.pose.q, rates.q_dot
 
-    def tau(self, t: ArrayLike) -> np.ndarray:
+    def torques(self, t: ArrayLike) -> np.ndarray:
         """Return torques (*batch, 2) of the motion, N m, finite on Type 2; before and after, those
         that hold the robot.
         """
@@ -220,7 +220,7 @@ class TimedPath(Plotted):
         t = np.append(t[t < self.duration * (1 - 1e-12)], self.duration)
         (q, q_dot), k, gone = self.joints(t), *self.along(t)[:2]
         s = self.path.knots[self.piece[k]] + self.first[k] + gone
-        table = np.column_stack([t, *self(t), self.robot.continuous(q), q_dot, self.tau(t), s])
+        table = np.column_stack([t, *self(t), self.robot.continuous(q), q_dot, self.torques(t), s])
         about = {
             "robot": self.robot.parameters,
             "working": self.working,

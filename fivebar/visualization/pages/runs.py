@@ -30,7 +30,7 @@ AXES = ("x", "y")
 
 def is_planned(subject: object) -> bool:
     """Return whether it is a motion of a robot that knows its torques: a Plan, a TimedPath."""
-    return all(hasattr(subject, name) for name in ("robot", "accelerations", "tau", "duration"))
+    return all(hasattr(subject, name) for name in ("robot", "accelerations", "torques", "duration"))
 
 
 def sampled(plan: Plan | TimedPath) -> Run:
@@ -48,7 +48,7 @@ def sampled(plan: Plan | TimedPath) -> Run:
         robot.continuous(pose.q),
         rates.q_dot,
         pose.xi,
-        plan.tau(t),
+        plan.torques(t),
         energy(rates),
         torque_limit=limits.pop() if len(limits) == 1 else None,
         events=tuple(Mark(time, kind) for time, kind, *_ in crossings(t, pose)),

@@ -45,7 +45,7 @@ def draw_timed_path(motion: TimedPath) -> Figure:
     _phase_plane(figure.add_subplot(grid[0, 1]), motion, t)
     axes = figure.add_subplot(grid[1, 1])
     words = motion.robot.words
-    ylabel = draw_torques(axes, words, t, motion.tau(t), motion.limits, "limit")
+    ylabel = draw_torques(axes, words, t, motion.torques(t), motion.limits, "limit")
     for time in motion.times[motion.crossing]:
         mark_crossing(axes, time, Singularity.PARALLEL)
     over_time(axes, 3, ylabel, f"{words.effort}s")

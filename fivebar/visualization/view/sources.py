@@ -268,6 +268,6 @@ class ReferenceSource(RobotSource):
 
     @cached_property
     def tau(self) -> np.ndarray:
-        if hasattr(self.reference, "tau"):
-            return self.reference.tau(self.times)
+        if hasattr(self.reference, "torques"):
+            return self.reference.torques(self.times)
         return inverse_dynamics(ikm2(self._rates, self.acceleration))
