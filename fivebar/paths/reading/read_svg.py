@@ -168,8 +168,6 @@ def _add(element, metres, origin, draft, passed):
     if hidden or values.get("stroke", "none") == fill == "none":
         passed.setdefault("invisible shapes are not drawn", []).append(line)
         return
-    if fill not in (None, "none"):
-        passed.setdefault("areas are not filled: their outlines are drawn", []).append(line)
     for key in NOT_APPLIED:
         if values.get(key, "none") != "none":
             passed.setdefault(f"{key} is not applied", []).append(line)
@@ -182,10 +180,13 @@ def _add(element, metres, origin, draft, passed):
     def place(point):
         return direction(point) + metres * complex(matrix.e, -matrix.f) + origin
 
+    outlines = [[]]
     for segment in _with_smooth_starts(svgelements.Path(element)):
         kind = type(segment).__name__
         if kind == "Move" or segment.start is None or segment.end is None:
+            outlines.append([])
             continue
+        outlines[-1] += [place(segment.point(t)) for t in (0.0, 0.3, 0.7, 1.0)]
         start = place(segment.start)
         end = place(segment.end)
         if kind == "CubicBezier":
@@ -204,6 +205,17 @@ def _add(element, metres, origin, draft, passed):
         else:  # of no length: Draft lists it
             shape = Bezier(np.full(4, start))
         draft.moves.append(Move(shape, line=line))
+    if fill not in (None, "none") and any(map(_encloses_area, outlines)):
+        passed.setdefault("areas are not filled: their outlines are drawn", []).append(line)
+
+
+def _encloses_area(outline):
+    """Return whether points of a curve are not all on one line."""
+    if not outline:
+        return False
+    away = np.array(outline) - outline[0]
+    longest = away[np.abs(away).argmax()]
+    return np.abs((away * longest.conjugate()).imag).max() > CLOSED * abs(longest)
 
 
 def _with_smooth_starts(segments):
