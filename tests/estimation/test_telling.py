@@ -179,6 +179,26 @@ def test_hardly_told_is_said():
     assert "hardly" in str(found)
 
 
+@pytest.mark.parametrize("unknown", [("offset1", "offset2"), ("l11", "l12", "l21", "l22")])
+@pytest.mark.parametrize("loss", ["linear", "huber"])
+def test_as_many_numbers_as_unknowns_show_no_scatter(unknown, loss):
+    """Then no deviation is known, however well the unknowns themselves are: that is what is said."""
+    rng = np.random.default_rng(4)
+    pose = fb.dgm(LAB, rng.uniform(-0.3, 0.3, (len(unknown) // 2, 2)))
+    columns = np.column_stack([pose.q, pose.xi, pose.working, pose.assembly]).T
+    data = dict(zip(("q1", "q2", "x", "y", "working1", "working2", "assembly"), columns))
+    found = fb.calibrate(LAB, data, unknown, loss=loss)
+    assert found.rank == len(unknown) and found.indistinguishable == ()
+    (words,) = found.weakly_identified
+    assert f"{len(unknown)} measured numbers for {len(unknown)} combinations" in words
+    assert "scatter" in words and "--sigma" in words
+    text = str(found)
+    assert "inf" not in text.replace("infl", "") and "not told" not in text
+    assert text.count("no scatter") == len(unknown)
+    told = fb.calibrate(LAB, data, unknown, sigma=1e-5)
+    assert "scatter" not in str(told) and all(np.isfinite([*told.sd.values()]))
+
+
 def test_plainest_vectors_have_the_fewest_entries():
     plain = np.array([[1.0, 1, 0, 0, 0, 0], [0, 0, 0, 1, -0.5, 0]])
     mixed = np.array([[0.6, 0.8], [-0.8, 0.6]]) @ plain

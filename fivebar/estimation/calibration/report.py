@@ -88,7 +88,7 @@ def _fit(found):
 def _table(found):
     rows = [["", "unit", "before", "found", "sd", "95 % from", "to"]]
     intervals = found.intervals()
-    for name, value in found.values.items():
+    for told, (name, value) in zip(found.told, found.values.items()):
         factor, unit = shown_in(name)
         sd = factor * found.sd[name]
         known = np.isfinite(sd)
@@ -99,5 +99,6 @@ def _table(found):
         if known:
             numbers += [sd, *(factor * limit for limit in intervals[name])]
         cells = [f"{number:.{digits}f}" for number in numbers]
-        rows.append([name, unit, *cells, *([] if known else ["not told", "", ""])])
+        missing = "no scatter" if told else "not told"
+        rows.append([name, unit, *cells, *([] if known else [missing, "", ""])])
     return aligned(rows, 2)

@@ -203,11 +203,17 @@ class Calibration(Plotted):
 
     @cached_property
     def sd(self) -> dict[str, float]:
-        """Standard deviations by name; inf of an unknown that is not told by itself or held."""
-        lost = (np.abs(self._null) > 1e-6).any(axis=0)
-        lost |= self.held | ~np.isfinite(self.variance)
-        deviations = np.where(lost, np.inf, np.sqrt(np.diag(self.covariance)))
+        """Standard deviations by name; inf of an unknown that is not told by itself or held, and of
+        all where the data show no scatter.
+        """
+        known = self.told & np.isfinite(self.variance)
+        deviations = np.where(known, np.sqrt(np.diag(self.covariance)), np.inf)
         return dict(zip(self.unknown, deviations.tolist()))
+
+    @cached_property
+    def told(self) -> ndarray:
+        """Whether the data tell each unknown by itself (k,), bool."""
+        return ~((np.abs(self._null) > 1e-6).any(axis=0) | self.held)
 
     @cached_property
     def _null(self):
@@ -396,6 +402,13 @@ class Calibration(Plotted):
     def weakly_identified(self) -> tuple[str, ...]:
         """Sentences on the combinations that are hardly known."""
         _, s, right, rank = self._spectrum
+        if not np.isfinite(self.variance):
+            numbers = len(self._with_prior[0])
+            return (
+                f"no deviation is known: {numbers} measured numbers for {rank} combinations leave"
+                " none over that would show their scatter: measure more rows, or give sigma, the"
+                " standard deviation of a measured coordinate (--sigma)",
+            )
         sd = np.sqrt(self.variance) / s[:rank]
         return weak_combinations(sd, right[:rank], self.unknown, self.sd)
 
