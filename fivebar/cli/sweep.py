@@ -103,7 +103,7 @@ def _designs(arguments):
     if arguments.sample:
         bounds = dict(interval(text, "--bound") for text in arguments.bound)
         return sample(bounds, arguments.sample, arguments.seed)
-    return grid(**dict(map(_axis, arguments.grid)))
+    return grid(dict(map(_axis, arguments.grid)))
 
 
 def _axis(text):

@@ -89,15 +89,15 @@ def _number_or_column(value, name):
     return array
 
 
-def grid(**axes: Any) -> Designs:
+def grid(axes: Mapping[str, Any]) -> Designs:
     """Return all combinations of values by name, the last name changing fastest.
 
     They are never all in memory.
 
     Parameters
     ----------
-    **axes : float or sequence of float
-        Values by the parameter's name.
+    axes : mapping
+        {name: values}, or one value.
 
     Returns
     -------
@@ -106,11 +106,11 @@ def grid(**axes: Any) -> Designs:
     Examples
     --------
     >>> import fivebar as fb
-    >>> fb.optimal_design.grid(l1=[0.1, 0.2], l2=[0.1, 0.2, 0.3], d=0.1)
+    >>> fb.optimal_design.grid({"l1": [0.1, 0.2], "l2": [0.1, 0.2, 0.3], "d": 0.1})
     <Designs: l1, l2, d, 6 rows>
     """
-    if not axes:
-        raise ValueError("grid: name the values of at least one parameter, as l1=[0.08, 0.1]")
+    if not isinstance(axes, Mapping) or not axes:
+        raise TypeError(f"axes must be a table, as {{'l1': [0.08, 0.1]}}, not {shown(axes)}")
     values = {name: np.atleast_1d(finite_numbers(value, name)) for name, value in axes.items()}
     for name, value in values.items():
         if value.ndim != 1 or not len(value):

@@ -85,7 +85,7 @@ fb.simulate(robot, fb.FeedForward(robot, 0.2, 0.01), timed)
 
 swept = fb.sweep(["det_A", "bars"], {"l1": [0.1, 0.12]}, table=(0.1, 0.1), workers=2)
 columns: list[np.ndarray] = [swept["det_A"], swept.best("bars")]
-fb.sweep("bars", fb.optimal_design.grid(l1=[0.1]), chunk="few")  # type: ignore[arg-type]
+fb.sweep("bars", fb.optimal_design.grid({"l1": [0.1]}), chunk="few")  # type: ignore[arg-type]
 front: object = fb.design(
     {"bars": "min"}, {"l1": (0.1, 0.2)}, limits={"workspace_area": 0.1}, step=0.001
 )

@@ -76,10 +76,10 @@ def test_the_triangle_has_all_points_of_its_grid(count):
 @pytest.mark.parametrize(
     "asked,words",
     [
-        (lambda: D.grid(l1=np.zeros((2, 2))), "l1 must be a row of numbers"),
-        (lambda: D.grid(l1=[]), "l1 must be"),
+        (lambda: D.grid({"l1": np.zeros((2, 2))}), "l1 must be a row of numbers"),
+        (lambda: D.grid({"l1": []}), "l1 must be"),
         (
-            lambda: D.grid(l1=np.ones(10**5), l2=np.ones(10**4), d=np.ones(10**4)),
+            lambda: D.grid({"l1": np.ones(10**5), "l2": np.ones(10**4), "d": np.ones(10**4)}),
             r"grid: 1e\+13 designs are more than 1e\+12",
         ),
         (
@@ -157,16 +157,18 @@ def test_designs_that_close_are_valid_at_any_size(scale):
 
 
 def test_the_largest_over_the_parts(monkeypatch):
-    """A part is asked only where it has room for the margin, and may have more than is found."""
+    """A part may have more than is found, or no room for the margin; the rest is not asked."""
     asked = []
 
     def measure(part, margin):
         asked.append(part.area)
+        if part.room <= margin:
+            raise ValueError("no room")
         return part.gives - margin
 
     parts = [
-        SimpleNamespace(area=area, clearance=clearance, gives=gives)
-        for area, clearance, gives in (
+        SimpleNamespace(area=area, room=room, gives=gives)
+        for area, room, gives in (
             (1.0, 0.5, 0.95),
             (4.0, 0.5, 1.5),
             (9.0, 0.1, 8.0),
@@ -176,7 +178,7 @@ def test_the_largest_over_the_parts(monkeypatch):
     monkeypatch.setattr(one_by_one, "_regions", lambda robot, task: parts)
     largest = _of_parts(measure, lambda area: area)
     assert largest(None, SimpleNamespace(margin=0.1), None) == pytest.approx(2.4)
-    assert asked == [4.0, 3.0]
+    assert asked == [9.0, 4.0, 3.0]
     assert largest(None, SimpleNamespace(margin=0.5), None) == 0.0
 
 

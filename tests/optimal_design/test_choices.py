@@ -92,7 +92,8 @@ def test_limits_that_do_not_go(limit, words):
 
 def test_designs_say_what_they_are():
     assert (
-        repr(fb.optimal_design.grid(l1=[0.1, 0.2], d=[0.0, 0.1, 0.2])) == "<Designs: l1, d, 6 rows>"
+        repr(fb.optimal_design.grid({"l1": [0.1, 0.2], "d": [0.0, 0.1, 0.2]}))
+        == "<Designs: l1, d, 6 rows>"
     )
 
 

@@ -207,14 +207,14 @@ def test_pictures_of_sweeps(tmp_path):
     assert atlas.axes[0].get_title() == "$r_1 + r_2 + r_3 = 3$"
     for designs in (
         {"d": np.linspace(0, 0.2, 9)},
-        D.grid(l1=[0.1, 0.12], l2=[0.1, 0.2]),
+        D.grid({"l1": [0.1, 0.12], "l2": [0.1, 0.2]}),
         D.sample(LENGTHS, 50),
     ):
         assert isinstance(fb.sweep("workspace_area", designs).plot(), Picture)
     figures = ["largest_disc", "workspace_area", "transmission_angle"]
     plane = fb.sweep(
         figures,
-        D.grid(l1=np.linspace(0.08, 0.12, 4), d=[0.05, 0.08, 0.12]),
+        D.grid({"l1": np.linspace(0.08, 0.12, 4), "d": [0.05, 0.08, 0.12]}),
         table=(-0.02, 0.02, 0.08, 0.1),
     )
     picture = plane.plot()

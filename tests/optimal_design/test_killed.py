@@ -37,7 +37,7 @@ def slow(robot):
         time.sleep(0.002)
     return robot.l11 + robot.l12
 
-fb.sweep(slow, fb.optimal_design.grid(l1=[0.1 + k / 1000 for k in range({DESIGNS})]), out=sys.argv[1], workers={WORKERS},
+fb.sweep(slow, fb.optimal_design.grid(dict(l1=[0.1 + k / 1000 for k in range({DESIGNS})])), out=sys.argv[1], workers={WORKERS},
          chunk={CHUNK})
 """
 

@@ -152,7 +152,7 @@ def test_folders_that_cannot_be_used(tmp_path):
             ValueError,
             r"l1 = \(0.2, 0.1\) is the wrong way round",
         ),
-        (lambda: fb.optimal_design.grid(), ValueError, "name the values of at least one parameter"),
+        (lambda: fb.optimal_design.grid({}), TypeError, "axes must be a table"),
     ],
 )
 def test_what_is_refused(asked, error, notes):

@@ -120,7 +120,7 @@ def test_designs_come_in_many_ways(tmp_path):
     ]
     found = [fb.sweep("workspace_area", way, workers=1, chunk=2)["workspace_area"] for way in ways]
     assert len({tuple(values) for values in found}) == 1
-    grid = D.grid(l1=[0.1, 0.2], l2=[0.1, 0.2, 0.3], d=0.1)
+    grid = D.grid({"l1": [0.1, 0.2], "l2": [0.1, 0.2, 0.3], "d": 0.1})
     assert len(grid) == 6 and np.concatenate(list(grid.chunks(4))).tolist()[1] == [0.1, 0.2, 0.1]
     parts = [np.concatenate(list(D.sample(BOUNDS, 100, seed=3).chunks(size))) for size in (7, 100)]
     np.testing.assert_array_equal(*parts)  # whatever the chunk
