@@ -78,3 +78,45 @@ def test_a_tracker_with_encoders_through_half_a_turn():
         measurement=fb.Measurement(encoder_resolution=RESOLUTION),
     )
     assert np.linalg.norm(run.error, axis=1).max() < 3e-3
+
+
+LAW = {"pd": fb.PD, "computed torque": fb.ComputedTorque}
+
+
+@pytest.mark.parametrize(
+    "robot, law, delay, limit, chart",
+    [
+        (ROBOT, "computed torque", 0, None, "auto"),
+        (fb.FiveBar(0.1, 0.12, 0.09, 0.11, 0.13), "computed torque", 2, 0.02, "task"),
+        (fb.Biglide(), "pd", 1, None, "auto"),
+        (fb.Biglide(0.3, 0.25, 0.35), "computed torque", 0, 20.0, "joint"),
+    ],
+    ids=["lab", "unequal", "biglide", "unequal biglide"],
+)
+def test_many_runs_with_encoders_and_delays_are_single_ones_sample_by_sample(
+    robot, law, delay, limit, chart
+):
+    """Encoders round, so that the least difference of a law would show as a whole step of them."""
+    working = (-1, -1)
+    start = fb.dgm(robot, (0.0, 0.0)).xi
+    gain = 40.0 if law == "computed torque" else 2.0 * robot.m
+    controller = LAW[law](robot, gain, gain / 4)
+    reference = fb.line(start, start + np.array([-0.02, 0.015]), 0.3)
+    options = dict(
+        measurement=fb.Measurement(delay, 2e-3),
+        integrator=fb.Integrator("rk4", chart),
+        torque_limit=limit,
+        duration=0.4,
+    )
+    begin = fb.ikm(fb.igm(robot, start, working), (0.0, 0.0))
+    run = fb.simulate(robot, controller, reference, start=begin, **options)
+    (many,) = fb.simulate_many([robot], controller, reference, [begin], **options)
+    for name in ("t", "q", "q_dot", "tau"):
+        np.testing.assert_allclose(getattr(many, name), getattr(run, name), atol=1e-12)
+    for name, one, other in zip(run.control._fields, many.control, run.control):
+        np.testing.assert_allclose(one, other, atol=1e-11, err_msg=name)
+    np.testing.assert_allclose(many.error, run.error, atol=1e-12)
+    steps = many.control.q / 2e-3
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    at = np.searchsorted(run.t, run.control.t + 1e-9) - 1
+    assert np.abs(many.control.q - many.q[at]).max() < 0.5001 * 2e-3
