@@ -118,7 +118,8 @@ def number_in(
     if word:
         known = ", ".join(units) if units is not NO_UNIT else "none"
         raise ValueError(f"{shown(value)}: its unit must be {known}")
-    if units is METRES and (question := unusual_length(number, is_bar)):
+    in_metres = units is METRES and unit in ("", "m")
+    if in_metres and (question := unusual_length(number, is_bar)):
         raise ValueError(f"{question} Write the unit, as {number:g}mm or {number:g}m")
     return number
 

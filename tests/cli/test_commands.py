@@ -6,12 +6,16 @@ import subprocess
 import sys
 import tomllib
 
+import numpy as np
 import pytest
+from matplotlib.image import imsave
 
 import fivebar as fb
 from fivebar.base.errors import UsageError
 from fivebar.cli import COMMANDS, main
+from fivebar.cli import map as map_command
 from fivebar.cli.robot_options import add_robot_options, chosen_machine
+from fivebar.estimation.calibration import photo
 from fivebar.models.named_robots import ROBOTS
 from tests.helpers import ROOT
 
@@ -364,3 +368,38 @@ def test_what_is_wrong_with_a_robot_of_bars_is_named(tmp_path, change, words):
     (tmp_path / "robot.toml").write_text(IRI_LINKS.replace(*change), encoding="utf-8")
     with pytest.raises(UsageError, match=words):
         chosen("--robot", str(tmp_path / "robot.toml"))
+
+
+def test_a_map_is_written_in_the_format_of_its_name(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(map_command, "saved", lambda *_: None)  # The picture takes seconds.
+    for name in ("map.csv", "map.npz"):
+        options = ["--out", str(tmp_path / "m.png"), "--data", str(tmp_path / name)]
+        assert main(["map", "--nodes", "9", *options]) == 0
+    assert "aspects are not listed" not in capsys.readouterr().err
+    assert (tmp_path / "map.npz").read_bytes()[:2] == b"PK"
+    with np.load(tmp_path / "map.npz") as arrays:
+        assert arrays.files
+    assert (tmp_path / "map.csv").read_text("utf-8").startswith("# fivebar")
+    assert (
+        main(["map", "--nodes", "9", "--robot", "biglide", "--out", str(tmp_path / "b.png")]) == 0
+    )
+    assert "aspects are not listed: those of a biglide are strips" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("sides, size", [((), None), (("210", "148"), (0.21, 0.148))])
+def test_the_sides_of_a_sheet_are_in_mm(tmp_path, monkeypatch, sides, size):
+    """Of a photograph, whose crosses are found elsewhere."""
+    taken = []
+
+    def crosses(image, drawn, paper, given):
+        taken.append((paper, given))
+        raise ValueError("no crosses here")
+
+    monkeypatch.setattr(photo, "crosses_in", crosses)
+    imsave(tmp_path / "photo.png", np.zeros((4, 4)))
+    options = ["--from-drawing", "A5", "--photo", str(tmp_path / "photo.png")]
+    options += ["--sides", *sides] if sides else []
+    assert main(["calibrate", *options, "--robot", "plotclock", "--working", "1", "-1"]) == 2
+    ((paper, given),) = taken
+    assert paper == "A5" and (given is None) == (size is None)
+    assert size is None or given == pytest.approx(size)

@@ -19,6 +19,7 @@ from fivebar.estimation.identification.identify import (
     _smallest_model,
     _validation,
     _why_left_out,
+    _working,
 )
 from fivebar.estimation.identification.regression import RegressionFit, fit
 from fivebar.estimation.identification.regressor import linear_names, regressor
@@ -390,3 +391,19 @@ def test_torques_of_uneven_rows_are_interpolated(monkeypatch, measured):
         near = 0.25 * step if measured else 1e-12
         assert law(even[k] + 0.4 * step, None, None, None) == pytest.approx(expected, abs=5 * near)
     assert law(99.0, None, None, None) == pytest.approx(tau[-1])
+
+
+@pytest.mark.parametrize("working", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_the_modes_of_a_log_are_those_of_its_angles_most_of_the_time(working):
+    draw = np.random.default_rng(5)
+    xi = draw.uniform((-0.04, 0.1), (0.04, 0.13), (40, 2))
+    poses = fb.igm(ROBOT, xi, working)
+    assembly = int(np.median(poses.assembly))
+    q = poses.q[poses.assembly == assembly]
+    other = -np.array(working)
+    strays = fb.igm(ROBOT, xi[:5], tuple(other.tolist())).q
+    parts = np.concatenate([strays, q]), np.full((3, 2), np.nan)
+    rates = [draw.normal(0, 3, part.shape) for part in parts]
+    motion = [(part, rate, 10 * rate) for part, rate in zip(parts, rates)]
+    first = SimpleNamespace(motion=motion, assembly=assembly)
+    assert _working(ROBOT, first) == working

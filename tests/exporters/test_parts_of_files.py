@@ -202,3 +202,16 @@ def test_bars_are_drawn_thin_and_as_long_as_they_are(robot, format):
             assert drive[0] == robot.drives[k].length and drive[1] == pytest.approx(1.5 * thin)
         else:
             assert drive == pytest.approx([2 * thin, 3 * thin, thin])
+
+
+@pytest.mark.parametrize("robot", [fb.FiveBar(0.1, 0.12, 0.08, 0.15, 0.11), fb.Biglide(0.3, 0.25)])
+def test_bars_are_drawn_from_joint_to_joint_in_sdf(robot):
+    root = ElementTree.fromstring(fb.export(robot, "sdf"))
+    for k, leg in enumerate(legs_of(robot)):
+        lengths = {leg.names[0]: leg.crank, leg.names[1]: robot.distal[k]}
+        for name, length in lengths.items():
+            visual = root.find(f".//visual[@name='{name}']")
+            middle = [float(word) for word in visual.findtext("pose").split()]
+            assert middle == [length / 2, 0, 0, 0, 0, 0]
+            if length:
+                assert float(visual.findtext(".//size").split()[0]) == length

@@ -8,6 +8,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.base.backend import as_numbers
+from fivebar.singularities.aspects import _bent
 from fivebar.singularities.leg_circles import LegCircles, turn_to
 from fivebar.singularities.locus import MODES
 from fivebar.singularities.margins import Singularity
@@ -179,3 +180,16 @@ def test_zeros_of_many_functions_are_bracketed_in_few_steps():
     assert sum(calls) <= 160
     assert np.isnan(rising_zeros(f, low, high, np.full(n, 2.0))).all()
     assert len(rising_zeros(f, low[:0], high[:0], low[:0])) == 0
+
+
+def test_a_bend_is_compared_by_the_sine_of_its_difference():
+    """|q2| from a stretched leg, pi - |q2| from a folded one, less the angle that is asked."""
+    robot = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
+    draw = np.random.default_rng(1)
+    pose = fb.dgm(robot, draw.uniform(-3, 3, (60, 2)), unreachable="nan")
+    bent = np.abs(pose.q_passive)
+    bent = np.minimum(bent, 2 * np.pi - bent)
+    for leg, side, angle in product((0, 1), (1, -1), (0.2, 0.7)):
+        (found,) = _bent(pose, {(leg, side): (np.cos(angle), np.sin(angle))})
+        from_line = bent[:, leg] if side > 0 else np.pi - bent[:, leg]
+        np.testing.assert_allclose(found, np.sin(from_line - angle), atol=1e-12)

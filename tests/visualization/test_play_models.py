@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.visualization.play.live import _start
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle
@@ -242,3 +243,23 @@ def test_every_named_robot(page):
             robot = fb.ROBOTS[name].robot
             assert pose_of(page)["p"] == [getattr(robot, each) for each in LENGTHS]
             assert "largest disc free of singularities" in page.locator("#verdict").text_content()
+
+
+@pytest.mark.parametrize(
+    "robot", [ROBOT, UNEQUAL, fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1), fb.ROBOTS["hoang-2015"].robot]
+)
+def test_the_page_begins_far_from_singularities(robot):
+    """As far as the best of many poses of the lab's modes above the bases, or a quarter farther than they are."""
+    q = np.random.default_rng(3).uniform(-np.pi, np.pi, (20_000, 2))
+    margins, lab = [], []
+    for assembly in (-1, 1):
+        pose = fb.dgm(robot, q, assembly, unreachable="nan")
+        sines = np.abs(np.stack([*pose.sines, pose.det_A]))
+        margins.append(np.nan_to_num(sines.min(axis=0)))
+        lab.append((pose.working == -1).all(axis=1) & (pose.xi[:, 1] > 0))
+    margins, lab = np.concatenate(margins), np.concatenate(lab)
+    begun = _start(robot)
+    own = min(np.abs([*begun.sines, begun.det_A]))
+    weighted = np.where(lab, 1.0, 0.8) * margins
+    in_lab = (begun.working == -1).all() and begun.xi[1] > 0
+    assert (1.0 if in_lab else 0.8) * own > weighted.max() - 0.02
