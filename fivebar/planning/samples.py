@@ -13,7 +13,7 @@ import numpy as np
 from ..base.checks import not_negative, one_of, optional, positive, takes
 from ..base.columns import TIME, Columns, Quantity, read, refuse_unclear_times, units_named
 from ..base.tables import TextFile, named
-from ..base.units import METRES
+from ..base.units import ACCELERATIONS, METRES, SPEEDS
 from .trajectory import Trajectory
 
 PLACES = {
@@ -22,10 +22,10 @@ PLACES = {
     "y": Quantity(("y", "posy", "positiony", "ypos", "yposition"), METRES),
 }
 SLOPES = {
-    "x_dot": Quantity((), {"m/s": 1.0, "mm/s": 1e-3}, needed=False),
-    "y_dot": Quantity((), {"m/s": 1.0, "mm/s": 1e-3}, needed=False),
-    "x_ddot": Quantity((), {"m/s2": 1.0, "mm/s2": 1e-3}, needed=False),
-    "y_ddot": Quantity((), {"m/s2": 1.0, "mm/s2": 1e-3}, needed=False),
+    "x_dot": Quantity((), SPEEDS, needed=False),
+    "y_dot": Quantity((), SPEEDS, needed=False),
+    "x_ddot": Quantity((), ACCELERATIONS, needed=False),
+    "y_ddot": Quantity((), ACCELERATIONS, needed=False),
 }
 WIDE = 5.0  # m: coordinates without a unit that reach so far may be in mm
 SLOW = 1.0  # s: samples without a unit that are so far apart may be so many ms

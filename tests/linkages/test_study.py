@@ -436,7 +436,11 @@ def test_cli_studies(argv, monkeypatch, capsys, tmp_path):
 @pytest.mark.parametrize(
     "argv, code, message",
     [
-        (["four-bar", "1", "1", "1", "5"], 2, "this four-bar can never close: rocker = 5 m"),
+        (
+            ["four-bar", "0.1", "0.1", "0.1", "0.5"],
+            2,
+            "this four-bar can never close: rocker = 0.5 m",
+        ),
         (["four-bar", "1", "0", "1", "1"], 2, "crank must be finite and > 0"),
         (["four-bar", "1", "1", "1", "1", "--branch", "0"], 2, "branch must be +1 or -1, not 0"),
         (["four-bar", "0.2", "0.06", "0.16", "0.14", "--held", "bar"], 2, "held must be one of"),
