@@ -32,7 +32,10 @@ def add_robot_options(parser):
     )
     known = ", ".join(ROBOTS)
     options = {
-        "--robot ROBOT": (DEFAULT, f"one of {known}, or a .toml or .json file of parameters"),
+        "--robot ROBOT": (
+            DEFAULT,
+            f"one of {known}, or a .toml, .json or config.g file of parameters",
+        ),
         "--gravity M/S2 M/S2": "along x and y; 0 -9.81: upright",
     }
     command = parser.prog.split()[-1]

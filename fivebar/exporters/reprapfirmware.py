@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ..models.config_g import MODES
 from ..paths.machine import Machine
 
-# By the sides of the elbows, seen from motor to hotend. It has none for (-1, +1), its mode 3.
-MODES = {(-1, -1): 1, (1, -1): 2, (1, 1): 4}
 SEAM = -90.0, 269.0  # a joint without limits: the firmware wants them less than a turn apart
 
 

@@ -1,4 +1,4 @@
-"""Robots from TOML and JSON files, as `--robot FILE` reads them."""
+"""Robots from TOML and JSON files and RepRapFirmware's config.g, as `--robot FILE` reads them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 from warnings import catch_warnings, simplefilter
 
 from ..base.tables import TextFile, file_or_path, whole_text
+from .config_g import config_table
 from .named_robots import ROBOTS
 from .parameter_units import table_in_si
 from .parameters import kind_that_knows, robot_of
 from .robots import Biglide, FiveBar
 
-READERS = {".toml": tomllib.loads, ".json": json.loads}
+READERS = {".toml": tomllib.loads, ".json": json.loads, ".g": config_table}
 KINDS: dict[str, type] = {"five-bar": FiveBar, "biglide": Biglide}
 SECTIONS = "readings", "frame", "constraints", "tool", "measured"  # of a `Machine`
 LENGTHS = {"l1", "l2"}
@@ -30,7 +31,8 @@ def load_robot(path: TextFile) -> FiveBar | Biglide:
     path : name, path or open file
         A name in `fivebar.ROBOTS`; or a .toml or .json file of parameters by name, in SI units or
         with their unit, as "80 mm": those of `FiveBar` or `Biglide`, or with links those of
-        `FiveBar.from_links`. kind = "five-bar" or "biglide" says which.
+        `FiveBar.from_links`. kind = "five-bar" or "biglide" says which. Or
+        RepRapFirmware's config.g, by its line M669 K9.
 
     Returns
     -------
@@ -77,7 +79,9 @@ def read_robot(path: TextFile) -> RobotFile:
     read = READERS.get(Path(str(getattr(source, "name", source))).suffix.lower())
     if read is None:
         known = ", ".join(ROBOTS)
-        raise ValueError(f"no robot {path!r}: the known ones are {known}; or a .toml or .json file")
+        raise ValueError(
+            f"no robot {path!r}: the known ones are {known}; or a .toml, .json or config.g file"
+        )
     text, name = whole_text(path, "a robot")
     try:
         table = read(text)

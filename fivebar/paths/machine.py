@@ -302,7 +302,8 @@ def load_machine(path: TextFile) -> Machine:
         A name in `fivebar.ROBOTS`; or a .toml or .json file: a robot, as `load_robot` reads it, and
         perhaps the tables readings (offset, ratio), frame (shift, turn, scale), constraints (those
         of `Constraints`; a joint without a range has [], half planes and region are in the
-        measuring frame), tool (leg, along, across) and measured (modes).
+        measuring frame), tool (leg, along, across) and measured (modes). Or RepRapFirmware's
+        config.g, whose only working mode counts as measured.
 
     Returns
     -------

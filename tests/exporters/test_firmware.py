@@ -149,3 +149,136 @@ def test_the_command_writes_them(tmp_path, capsys):
     out = tmp_path / "a.urdf"
     assert main(["export", "--to", "ros2_control", "--plugin", "my/System", "--out", str(out)]) == 0
     assert "<plugin>my/System</plugin>" in out.read_text("utf-8")
+
+
+def config(tmp_path, text, name="config.g"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_published_line_is_read_as_the_robot_of_that_name(tmp_path):
+    text = f"; my printer\nM92 X50 Y50 ; M669 K3\n{PUBLISHED} S100 T0.2 ; five bars\nM208 X0 S1\n"
+    machine = fb.load_machine(config(tmp_path, text))
+    assert machine.robot == RRF.robot and machine.frame == RRF.frame
+    assert (machine.offset, machine.ratio, machine.tool) == (RRF.offset, RRF.ratio, None)
+    assert np.ravel(machine.constraints.joints) == pytest.approx(np.ravel(RRF.constraints.joints))
+    # The safer of 5 and -5 degrees from bars in line; the elbows are free.
+    assert machine.constraints.det_A == pytest.approx(math.sin(math.radians(5)))
+    assert machine.constraints.sin == 0 and machine.measured == ((1, -1, -1),)
+    assert fb.load_robot(tmp_path / "config.g") == RRF.robot
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_written_is_read_again(tmp_path, seed):
+    draw = np.random.default_rng(seed)
+    working = [(-1, -1), (1, -1), (1, 1)][seed % 3]
+    lengths = draw.uniform(0.06, 0.2, 5).round(5).tolist()
+    joints = [tuple(np.radians(sorted(draw.uniform(-170, 170, 2).round(4)))), None]
+    limits = fb.Constraints(
+        det_A=float(draw.uniform(0, 0.8)),
+        sin=float(draw.uniform(0, 0.8)),
+        joints=joints[:: draw.choice([-1, 1])] if seed % 4 else None,
+    )
+    tool = fb.Tool(int(draw.integers(1, 3)), round(draw.uniform(0.01, 0.05), 5))
+    degree = math.pi / 180
+    machine = fb.Machine(
+        fb.FiveBar(*lengths, 0, 0, 0),
+        ratio=(degree, degree),
+        frame=fb.Placement(draw.uniform(-0.2, 0.2, 2).round(5).tolist()),
+        constraints=limits,
+        tool=tool if seed % 2 else None,
+    )
+    text = fb.export(machine, "reprapfirmware", working=working, homing=(90, 20))
+    read = fb.load_machine(config(tmp_path, text))
+    for own, other in zip(read.robot.parameters.values(), machine.robot.parameters.values()):
+        assert own == pytest.approx(other, abs=1e-15)
+    assert (read.tool is None) == (machine.tool is None)
+    if read.tool:
+        assert (read.tool.leg, read.tool.across) == (tool.leg, 0.0)
+        assert read.tool.along == pytest.approx(tool.along)
+    assert read.frame.shift == pytest.approx(machine.frame.shift) and read.frame.turn == 0
+    assert (read.offset, read.ratio) == (machine.offset, pytest.approx(machine.ratio))
+    assert read.constraints.det_A == pytest.approx(limits.det_A, abs=2e-8)
+    assert read.constraints.sin == pytest.approx(limits.sin, abs=2e-8)
+    for own, other in zip(read.constraints.joints or [None] * 2, limits.joints or [None] * 2):
+        assert own == (other and pytest.approx(other, abs=2e-8))
+    assert read.measured == ((*working, -1),)
+
+
+@pytest.mark.parametrize("leg", [None, 1, 2])
+@pytest.mark.parametrize("mode", [1, 2, 4])
+def test_a_machine_with_turned_bases_turns_as_the_firmware_does(tmp_path, leg, mode):
+    """By the firmware's own inverse kinematics, from points of its bed to the angles of its drives."""
+    cantilevers = [30.0 * (leg == k) for k in (1, 2)]
+    line = (
+        f"M669 K9 X-40:60 Y-90:-120 L{mode} P120:125 D170:180:{cantilevers[0]:g}:{cantilevers[1]:g}"
+        " A0:180:0:360:0:360 C-90:269:-90:269"
+    )
+    machine = fb.load_machine(config(tmp_path, line))
+    assert machine.robot.d == pytest.approx(math.hypot(0.1, 0.03))
+    assert machine.constraints.joints is None and machine.constraints.det_A == 0
+    ((*working, assembly),) = machine.measured
+    assert assembly == -1
+    draw, known = np.random.default_rng(7), 0
+    for _ in range(60):
+        place = draw.uniform((-90, 40), (110, 180))
+        xi = machine.frame.inverse(place / 1000)
+        try:
+            pose = (machine.tool or fb.Tool(1)).pose(machine.robot, xi, tuple(working))
+        except (ValueError, ArithmeticError):
+            continue
+        known += 1
+        readings = np.radians(machine.readings(pose.q))
+        turns = np.radians(firmware_inverse(line, *place))
+        np.testing.assert_allclose(np.exp(1j * readings), np.exp(1j * turns), atol=1e-9)
+    assert known > 20
+
+
+def test_what_the_line_leaves_out_is_as_in_the_firmware(tmp_path):
+    machine = fb.load_machine(config(tmp_path, "m669 k9 x-50:50 y0:0 p120:120 d170:170"))
+    assert machine.measured == ((-1, -1, -1),)
+    assert machine.constraints.det_A == pytest.approx(math.sin(math.radians(15)))
+    ranges = np.degrees(machine.constraints.joints).ravel()
+    assert ranges == pytest.approx([10, 170, 10, 170])
+
+
+def test_the_elbow_nearer_to_its_bound_counts(tmp_path):
+    line = "M669 K9 X-50:50 Y0:0 L2 P120:120 D170:170 A10:160:25:175:200:350"
+    limits = fb.load_machine(config(tmp_path, line)).constraints
+    assert math.degrees(math.asin(limits.det_A)) == pytest.approx(20)
+    assert math.degrees(math.asin(limits.sin)) == pytest.approx(25)
+
+
+BARE = "M669 K9 X-50:50 Y0:0 P120:120 D170:170"
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("G28\nM92 X50", "it has no line M669 K9"),
+        (f";{BARE}", "it has no line M669 K9"),
+        (BARE.replace("K9", "K4"), "K must be 9"),
+        (BARE.replace("Y0:0 ", ""), "Y is missing"),
+        (BARE + " L3", "L3 is no working mode of the firmware: 1, 2 or 4"),
+        (BARE.replace("170:170", "170:170:5"), "D takes 2 or 4 numbers, not 3"),
+        (BARE.replace("170:170", "170:170:5:6"), "two cantilevers"),
+        (BARE.replace("P120:120", "P12.0.1:120"), "P12.0.1:120 is no number"),
+        (BARE.replace("P120:120", "P{var.l}:120"), "expressions in braces"),
+        (BARE + " A95:180:0:360:0:360", "leaves no pose"),
+    ],
+)
+def test_what_is_wrong_in_a_config_g_is_named(tmp_path, text, words):
+    with pytest.raises(ValueError, match=f"config.g: .*{words}"):
+        fb.load_machine(config(tmp_path, text))
+
+
+def test_commands_take_a_config_g(tmp_path, capsys):
+    path = config(tmp_path, PUBLISHED)
+    assert (
+        main(["export", "--robot", str(path), "--format", "reprapfirmware", "--working", "1", "-1"])
+        == 0
+    )
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("M669"))
+    ours, theirs = words(line), words(PUBLISHED)
+    assert all(ours[letter] == pytest.approx(theirs[letter]) for letter in "KXYLPC")

@@ -124,7 +124,7 @@ def test_the_file_in_the_guide_is_a_robot(tmp_path):
 
 def test_other_files_and_places(tmp_path):
     with pytest.raises(
-        ValueError, match="a robot is read from a .toml or .json file, not .*robot.txt"
+        ValueError, match="no robot .*robot.txt.*; or a .toml, .json or config.g file"
     ):
         fb.load_robot(written(tmp_path, "l11 = 0.1", "robot.txt"))
     with pytest.raises(ValueError, match="a robot is a table"):
