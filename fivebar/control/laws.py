@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..base.backend import HUGE, real_numbers
 from ..base.checks import flag, modes, not_negative, shown
-from ..base.robot_uses import robot_for
+from ..base.robot_uses import robot_for, uses
 from ..models.dynamics import dynamic_model, gravity_torques
 from ..models.geometry import Pose, dgm, igm
 from ..models.kinematics import Accelerations, Rates, dkm, ikm, ikm2
@@ -51,7 +51,9 @@ class _JointController:
     inertial: ClassVar[bool] = False  # whether the law multiplies the gains by M
 
     def __post_init__(self) -> None:
-        own = robot_for("fb.ComputedTorque")(self.robot, "robot")
+        kinds = (f"fb.{kind.__name__}" for kind in type(self).__mro__)
+        user = next(kind for kind in kinds if kind in uses()[1])  # also of a class of one's own
+        own = robot_for(user)(self.robot, "robot")
         object.__setattr__(self, "robot", own)
         for name in ("kp", "kd"):
             gain = real_numbers(getattr(self, name), name)

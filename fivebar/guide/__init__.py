@@ -1,6 +1,7 @@
 """Guide to fivebar: one page for each subject, with examples that run.
 
 .. include:: models.md
+.. include:: robot_files.md
 .. include:: singularities.md
 .. include:: simulation.md
 .. include:: planning.md

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.robot_uses import takes_robot
 from ...constraints.boundaries import facing
 from ...constraints.constraints import Constraints, kept_by
 from ...constraints.disc import BoundedAspect, bounded_by
@@ -61,6 +62,7 @@ class ToolRegion(BoundedAspect):
         return reached.reshape(points.shape[:-1]) if points.ndim > 1 else bool(reached[0])
 
 
+@takes_robot(constraints=kept_by("fb.tool_regions"))
 def tool_regions(
     tool: Tool,
     robot: FiveBar,
@@ -94,7 +96,7 @@ def tool_regions(
     >>> len(tool_regions(fb.Tool(1, 0.02), fb.FiveBar(), (-1, -1)))
     2
     """
-    constraints = kept_by("fb.tool_regions")(constraints, "constraints") or Constraints()
+    constraints = constraints or Constraints()
     robot = settled(robot)
     found = []
     mode: Any
