@@ -19,10 +19,11 @@ from .options import (
     print_files,
     print_json,
     print_notes,
+    print_table,
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine
+from .robot_options import FRAMES, add_robot_options, chosen_machine
 
 OPTIONS = TABLE | {
     "--space task|joint": ("task", "what the map is over"),
@@ -59,6 +60,7 @@ def _map(arguments):
     from ..visualization.pages.linked import map_page
     from ..visualization.plot.graph import aspect_graph
     from ..visualization.plot.maps import singularity_map as picture
+    from ..visualization.plot.panels import in_frame
 
     machine = chosen_machine(arguments)
     robot = machine.robot
@@ -79,15 +81,21 @@ def _map(arguments):
             regions = dexterous(robot, **levels)
         if arguments.path:
             path = from_csv(arguments.path, units=arguments.units, columns=arguments.columns)
+            path = machine.frame.inverse(path)
         shape = (arguments.nodes, arguments.nodes)
-        data = singularity_map(robot, arguments.field, arguments.space, arguments.window, shape)
+        window = arguments.window
+        if window and arguments.space == "task":
+            corners = machine.frame.inverse([(x, y) for x in window[:2] for y in window[2:]])
+            window = np.transpose([corners.min(axis=0), corners.max(axis=0)]).ravel()
+        data = singularity_map(robot, arguments.field, arguments.space, window, shape)
     parts = aspects(robot) if robot.turns else None
     checks = []
     if path:
         print_notes(arguments.path, path.notes)
         points = path(np.linspace(path.start, path.start + path.duration, 1001))[0]
         checks = [(mode, check_path(robot, path, mode)) for mode in data.modes]
-    saved(picture(data, points, regions), arguments.out)
+    figure = picture(data, points, regions)
+    saved(figure if arguments.space == "joint" else in_frame(figure, machine.frame), arguments.out)
     if arguments.graph:
         saved(aspect_graph(robot), arguments.graph)
     if arguments.data:
@@ -97,9 +105,13 @@ def _map(arguments):
         map_page(data, arguments.page, along=points, regions=regions)
     board = None if arguments.fits is None else _board(machine, parts, arguments.fits)
     if arguments.json:
-        result = _as_json(parts, checks, regions, levels)
+        result = {"frame": arguments.frame}
+        result |= _as_json(machine, parts, checks, regions, levels)
         print_json(result if board is None else result | {"board": board})
         return
+    print_table(arguments.frame_row)
+    if machine.moves_points and (arguments.data or arguments.page):
+        print_table([("--data and --page", FRAMES["robot"])])
     if parts is None:
         print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
     else:
@@ -111,10 +123,12 @@ def _map(arguments):
         verb = "fits" if board["fits"] else "does not fit"
         x, y = (1e3 * size for size in arguments.fits)
         left, below = (1e3 * size for size in board["corner_m"])
+        angle = np.rad2deg(board["turned_rad"])
+        turned = f", turned by {angle:.4g}° as the robot" if angle else ""
         print(
             f"a board of {x:.4g} x {y:.4g} mm {verb}: the largest of its shape is {width:.4g} x"
             f" {height:.4g} mm, scale {board['scale']:.4g}, in aspect {board['aspect']}, its lower"
-            f" left corner at ({left:.4g}, {below:.4g}) mm"
+            f" left corner at ({left:.4g}, {below:.4g}) mm{turned}"
         )
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
@@ -128,7 +142,7 @@ def _board(machine, parts, size):
     found = []
     for part in parts:
         with suppress(ValueError):  # no rectangle of that shape is found there
-            rectangle = largest_rectangle(part, machine.on_poses, size[0] / size[1])
+            rectangle = largest_rectangle(part, machine.constraints, size[0] / size[1])
             scale = (rectangle.x_max - rectangle.x_min) / size[0]
             found.append((round(scale, 6), -part.number, scale, rectangle))
     if not found:
@@ -138,7 +152,8 @@ def _board(machine, parts, size):
         "fits": scale >= 1,
         "scale": scale,
         "rectangle_m": [scale * side for side in size],
-        "corner_m": [rectangle.x_min, rectangle.y_min],
+        "corner_m": machine.frame((rectangle.x_min, rectangle.y_min)).tolist(),
+        "turned_rad": machine.frame.turn,
         "aspect": -number,
     }
 
@@ -146,6 +161,7 @@ def _board(machine, parts, size):
 def _map_of_tool(arguments, machine):
     """Draw and list where the machine's tool goes."""
     from ..paths.placing.tool_regions import tool_regions
+    from ..visualization.plot.panels import in_frame
     from ..visualization.plot.tools import tool_map
 
     options = "det_A", "sin", "path", "fits", "window", "data", "page", "graph"
@@ -153,11 +169,14 @@ def _map_of_tool(arguments, machine):
         option = next(iter(used)).replace("_", "-")
         words = "the map of a tool has no such option: take the table tool out of the robot's file"
         raise UsageError(f"--{option}: {words}")
-    saved(tool_map(machine.tool, machine.robot), arguments.out)
+    saved(in_frame(tool_map(machine.tool, machine.robot), machine.frame), arguments.out)
     regions = tool_regions(machine.tool, machine.robot)
     if arguments.json:
-        print_json({"tool": [_region_as_json(region) for region in regions]})
+        print_json(
+            {"frame": arguments.frame, "tool": [_region_as_json(region) for region in regions]}
+        )
         return
+    print_table(arguments.frame_row)
     _print_regions("region", regions)
     print_files([arguments.out])
 
@@ -197,20 +216,20 @@ def _verdict(check):
     return text
 
 
-def _parts_as_json(parts):
+def _parts_as_json(machine, parts):
     return [
         {
             "number": part.number,
             "working": part.working,
             "assembly": part.assembly,
             "area_m2": part.area,
-            "point_m": part.point.tolist(),
+            "point_m": machine.frame(part.point).tolist(),
         }
         for part in parts
     ]
 
 
-def _as_json(parts, checks, regions, levels):
+def _as_json(machine, parts, checks, regions, levels):
     paths = [
         dict(
             working=mode,
@@ -226,9 +245,9 @@ def _as_json(parts, checks, regions, levels):
         )
         for mode, check in checks
     ]
-    result = {"aspects": None if parts is None else _parts_as_json(parts), "path": paths}
+    result = {"aspects": None if parts is None else _parts_as_json(machine, parts), "path": paths}
     if regions is not None:
-        result["dexterous"] = levels | {"regions": _parts_as_json(regions)}
+        result["dexterous"] = levels | {"regions": _parts_as_json(machine, regions)}
     return result
 
 

@@ -7,8 +7,8 @@ from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..base.errors import SingularityError, UsageError
-from .options import WORKING, add_options, check_ending, usage_errors
-from .robot_options import add_robot_options, chosen_machine
+from .options import WORKING, add_options, check_ending, print_table, usage_errors
+from .robot_options import FRAMES, add_robot_options, chosen_machine
 
 OPTIONS = {
     "--out FILE": (Path("play.html"), "the page"),
@@ -37,10 +37,13 @@ def _play(arguments):
     robot = machine.robot
     check_ending("--out", arguments.out, (".html", ".htm"))
     with usage_errors(ValueError, SingularityError):
-        pose = igm(robot, arguments.xi, tuple(arguments.working)) if arguments.xi else None
+        xi = arguments.xi and machine.frame.inverse(arguments.xi)
+        pose = igm(robot, xi, tuple(arguments.working)) if arguments.xi else None
         live = play(robot, pose, tool=machine.tool)
     if robot.fs1 or robot.fs2:
         print("fivebar: dry friction (fs1, fs2) is left out on the page", file=sys.stderr)
+    if arguments.xi and machine.moves_points:
+        print_table([("--xi", FRAMES["measuring"]), ("the page", FRAMES["robot"])])
     for path in _written(live, arguments):
         print(path)
     if arguments.link:

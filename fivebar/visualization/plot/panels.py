@@ -11,7 +11,9 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
 
+from ...paths.placement import Placement
 from ...paths.placing.tool_regions import tool_regions
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
@@ -25,6 +27,28 @@ if TYPE_CHECKING:
     from ...models.robots import Biglide, FiveBar, Words
     from ...paths.tool import Tool
     from ..skeleton import Skeleton
+
+
+def in_frame(figure: Figure, frame: Placement) -> Figure:
+    """Return a figure whose panels of the plane, in mm, are moved from the robot's own frame to the
+    measuring one.
+    """
+    z = frame.turned
+    move = Affine2D.from_values(z.real, z.imag, -z.imag, z.real, *(1e3 * np.array(frame.shift)))
+    panels = [axes for axes in figure.axes if axes.get_aspect() == 1]
+    if frame == Placement() or not panels:
+        return figure
+    (left, right), (below, above) = panels[0].get_xlim(), panels[0].get_ylim()
+    for axes in panels:
+        for artist in (*axes.lines, *axes.images, *axes.patches, *axes.collections):
+            artist.set_transform(move + artist.get_transform())
+        places: Any = axes.texts  # annotations
+        for text in places:
+            text.xy = move.transform(text.xy)
+    corners = move.transform([(left, below), (right, below), (left, above), (right, above)])
+    (left, below), (right, above) = corners.min(axis=0), corners.max(axis=0)
+    panels[0].set(xlim=(left, right), ylim=(below, above))  # which all panels share
+    return figure
 
 
 def _part(name, low, high):
