@@ -149,7 +149,7 @@ def from_bag(
     >>> import fivebar as fb
     >>> run = fb.from_bag("rosbag2_2026_05_01", joints=("joint_1", "joint_2"))  # doctest: +SKIP
     """
-    own: Any = FiveBar() if robot is None else robot_for("fb.from_log")(robot, "robot")
+    own: Any = FiveBar() if robot is None else robot_for("fb.from_bag")(robot, "robot")
     table = read_bag(path, own, topic, joints, -1 if assembly is None else assembly)
     gauges = Gauges(None, gear_ratio, offset, torque_constant)
     return _run_of(read_log(table, own, gauges), own, assembly)
