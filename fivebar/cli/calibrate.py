@@ -17,9 +17,10 @@ from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = TABLE | {
     "--unknown NAME ...": (
-        "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths and"
-        " offsets)"
+        "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale along across (default:"
+        " lengths and offsets)"
     ),
+    "--tool-leg 1|2": "that carries a pen beside the joint (default: as in the robot's file)",
     "--start NAME=VALUE ...": "known, or to begin with",
     "--sigma M": "standard deviation of a measured number, m",
     "--bounds NAME=LOW:HIGH ...": "of unknowns",
@@ -106,6 +107,7 @@ def _write_sheet(arguments, machine):
 def _calibrate(arguments):
     from ..estimation.calibration.calibrate import DEFAULT, LOSSES, calibrate, known_names
     from ..estimation.calibration.measured_robot import mounting_of
+    from ..paths.tool import Tool
 
     machine = chosen_machine(arguments)
     robot = machine.robot
@@ -137,6 +139,9 @@ def _calibrate(arguments):
     for text in arguments.prior:
         name, values = parse_values(text, "--prior")
         priors[name] = values[0]
+    tool = machine.tool
+    if arguments.tool_leg:
+        tool = replace(tool or Tool(1), leg=int(arguments.tool_leg))
     with usage_errors(ValueError):
         known_names(unknown, "--unknown")
         known_names(tuple(start) or DEFAULT, "--start")
@@ -144,6 +149,7 @@ def _calibrate(arguments):
         robot,
         arguments.data,
         unknown,
+        tool=tool,
         start=start,
         sigma=arguments.sigma,
         bounds=bounds,

@@ -13,6 +13,7 @@ from ...base.backend import real_numbers, wrap
 from ...base.checks import (
     LONGEST,
     SHORTEST,
+    instance,
     number,
     one_of,
     optional,
@@ -24,6 +25,7 @@ from ...base.checks import (
 from ...base.robot_uses import takes_robot
 from ...base.tables import FilePath
 from ...models.robots import FiveBar
+from ...paths.tool import Tool
 from .backlash import told
 from .fit import (
     CLEAR,
@@ -48,6 +50,7 @@ DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
 @takes_robot(
     unknown=strings,
+    tool=optional(instance(Tool)),
     sigma=optional(positive),
     loss=one_of(*LOSSES),
     mistakes=one_of("raise", "mend", "keep"),
@@ -57,6 +60,7 @@ def calibrate(
     data: Mapping | FilePath,
     unknown: Sequence[str] = DEFAULT,
     *,
+    tool: Tool | None = None,
     start: Mapping[str, float] = MappingProxyType({}),
     sigma: float | None = None,
     weights: Sequence | None = None,
@@ -70,7 +74,7 @@ def calibrate(
     """Calibrate a five-bar: find its unknowns by least squares, and how well they are known.
 
         true angle = ratio q + offset        measured point = (x0, y0) + scale R(turn) xi
-        distance = |xi - xi_to|
+        xi = C + along u_i2 + across v_i2        distance = |xi - xi_to|
 
     Gauss-Newton, with derivatives in closed form from A d xi = B dq + ... (AMORO eq. 13).
 
@@ -85,7 +89,10 @@ def calibrate(
         assembly, where they are noted, are checked, and needed where nothing else tells. `sigma`
         may be a column, too. Headings of a file may name a unit: x (mm), q1_deg.
     unknown : sequence of str
-        Of l11, l12, l21, l22, d, offset1, offset2, ratio1, ratio2, x0, y0, turn, scale.
+        Of l11, l12, l21, l22, d, offset1, offset2, ratio1, ratio2, x0, y0, turn, scale, and along,
+        across of a tool.
+    tool : Tool, optional
+        What draws, beside joint C: whose place along and across its bar is known, or to begin with.
     start : mapping
         Values by name, known or to begin with; else offsets are 0, ratios and scale 1.
     sigma : float, optional
@@ -129,7 +136,7 @@ def calibrate(
     0.091
     """
     unknown = known_names(unknown)
-    p0 = start_values(robot, start)
+    p0 = start_values(robot, start, tool, unknown)
     rows = rows_of(data, units, None if weights is None else _relative_weights(weights), columns)
     free = np.array([PLACE[name] for name in unknown])
     relative = weights is not None
@@ -220,13 +227,25 @@ def known_names(unknown: Sequence[str], name: str = "unknown") -> tuple[str, ...
     return names
 
 
-def start_values(robot: FiveBar, start: Mapping[str, float]) -> ndarray:
-    """Return all UNKNOWNS (13,) of a robot with `start` over them."""
+def start_values(
+    robot: FiveBar,
+    start: Mapping[str, float],
+    tool: Tool | None = None,
+    unknown: Sequence[str] = (),
+) -> ndarray:
+    """Return all values (16,) of a robot and its tool with `start` over them."""
     if not isinstance(start, Mapping):
         raise TypeError(f"start must be a mapping {{name: value}}, not {shown(start)}")
     if start:
         known_names(tuple(start), "start")
     more = {}
+    if tool is not None:
+        more = {"along": tool.along, "across": tool.across, "tool_leg": tool.leg}
+    elif {"along", "across"} & {*unknown, *start}:
+        raise ValueError(
+            "along, across: which distal bar carries the tool? tool=fb.Tool(1) is on the left one,"
+            " fb.Tool(2) on the right one; on the command line --tool-leg"
+        )
     for name, value in start.items():
         more[name] = number(value, f"start[{name!r}]", -LONGEST, LONGEST)
     p = values_of(robot, more)

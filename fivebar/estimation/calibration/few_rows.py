@@ -31,7 +31,7 @@ NAMED = 8  # solutions in a message
 
 
 def only_solution(task: LeastSquares) -> ndarray | None:
-    """Return the values (13,) that fit few rows in the modes noted; None where none do.
+    """Return the values (16,) that fit few rows in the modes noted; None where none do.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def only_solution(task: LeastSquares) -> ndarray | None:
 
 
 def solutions(task: LeastSquares) -> tuple[ndarray, ndarray]:
-    """Return all values (m, 13) that fit the rows, and the rows' modes (m, n, 3) with them."""
+    """Return all values (m, 16) that fit the rows, and the rows' modes (m, n, 3) with them."""
     n = len(task.rows)
     starts = _starts(task)
     z = np.zeros((len(starts.points), len(task.free) + starts.missing.sum()))
@@ -112,7 +112,7 @@ def _named(task, values, modes):
 
 @dataclass(frozen=True, eq=False)
 class _Starts:
-    """Values p (13, m) and points (m, n, 2) to begin with; where (n, 2) a coordinate is missing."""
+    """Values p (16, m) and points (m, n, 2) to begin with; where (n, 2) a coordinate is missing."""
 
     p: ndarray
     points: ndarray

@@ -10,7 +10,18 @@ import numpy as np
 from numpy import ndarray
 from scipy.optimize import least_squares
 
-from .measured_robot import PLACE, UNKNOWNS, bars_off, length_ok, place, seen, sines_at, whitening
+from .measured_robot import (
+    FRAMES,
+    PLACE,
+    UNKNOWNS,
+    bars_off,
+    length_ok,
+    place,
+    seen,
+    sines_at,
+    tool_in,
+    whitening,
+)
 from .rows import MeasuredRows
 
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
@@ -36,7 +47,7 @@ class LeastSquares:
         What was measured.
     free : array of int
         The places of the unknowns in UNKNOWNS.
-    start : (13,) array
+    start : (16,) array
         All values at the start.
     size : array
         The sizes of the unknowns, by which they are scaled.
@@ -82,7 +93,7 @@ class LeastSquares:
 
 
 def residuals(p: ndarray, rows: MeasuredRows, assembly: ndarray, derive: bool = True) -> tuple:
-    """Return predicted minus measured numbers (m,), m, and their derivatives by UNKNOWNS (m, 13).
+    """Return predicted minus measured numbers (m,), m, and their derivatives by UNKNOWNS (m, 15).
 
     Rows near Type 2 have the errors of their legs in place of those of their points.
     Without `derive` the derivatives are None.
@@ -103,14 +114,14 @@ def residuals(p: ndarray, rows: MeasuredRows, assembly: ndarray, derive: bool = 
             jacobian[places] = -(whiten @ by_unknowns)
     if len(far):
         p = p.copy()
-        p[9:] = 0.0, 0.0, 0.0, 1.0  # a ruler knows no frame and no scale
+        p[FRAMES] = 0.0, 0.0, 0.0, 1.0  # a ruler knows no frame and no scale
         points, slopes = seen(p, rows.q, assembly, derive)
         to = rows.to[far]
         gap = points[far] - points[to]
         length = np.hypot(*gap.T)
         predicted = np.concatenate([predicted, length])
         if derive:
-            slopes[:, :, 9:] = 0.0
+            slopes[:, :, FRAMES] = 0.0
             divisor = np.where(length, length, 1.0)
             along = gap / divisor[:, None]
             by_gap = slopes[far] - slopes[to]
@@ -196,7 +207,7 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
         sines = sines_at(p, rows.q, rows.points)
         sine = np.abs(sines[:, 2])
         near = (sine < np.sqrt(NEAR * share)) & (sine < NEAREST)
-        near &= rows.whole & (share < NOISIEST)
+        near &= rows.whole & (share < NOISIEST) & (tool_in(p)[0] == 0)
         if not near.any():
             return task
     else:
@@ -225,7 +236,7 @@ def solve_by_loops(
 
 
 def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
-    """Return the values (13,) of least weighted squares from p, and which unknowns are at a bound.
+    """Return the values (16,) of least weighted squares from p, and which unknowns are at a bound.
 
     Combinations that the rows do not tell stay as near to the start as they can. Bounds count only
     where a fit without them leaves them: within them SciPy's steps drift along such combinations.

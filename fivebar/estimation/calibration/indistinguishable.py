@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy import ndarray
 
-from .measured_robot import METRES, PLACE, UNITS, UNKNOWNS, place, seen
+from .measured_robot import FRAMES, METRES, PLACE, UNITS, UNKNOWNS, place, seen
 
 if TYPE_CHECKING:
     from .result import Calibration
@@ -121,7 +121,8 @@ def _remedies(found):
         yield (f"measuring {'xy'[axis]}, too, would tell", slopes[same_modes, axis])
     if axes:
         yield ("poses in other modes, too, would tell", slopes.reshape(-1, len(UNKNOWNS)))
-    own = np.concatenate([found.p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame
+    own = found.p.copy()
+    own[FRAMES] = 0.0, 0.0, 0.0, 1.0  # a ruler knows no frame
     points, by_robot = seen(own, q, modes[:, 2])
     by_robot[:, :, PLACE["scale"]] = 0.0
     gaps = points - np.roll(points, 1, axis=0)

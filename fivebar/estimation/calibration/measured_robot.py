@@ -2,7 +2,8 @@
 
     true angle = ratio q + offset        measured point = (x0, y0) + scale R(turn) xi
 
-The 13 values p of this model are the UNKNOWNS, in this order.
+What is measured is joint C, or a tool on a distal bar: xi = C + along u_i2 + across v_i2. The 16
+values p of this model are the 15 UNKNOWNS, in this order, and the number of the tool's leg.
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ from ...paths.machine import Machine
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
 READING = ("offset1", "offset2", "ratio1", "ratio2")
 FRAME = ("x0", "y0", "turn", "scale")
-UNKNOWNS = (*LENGTHS, *READING, *FRAME)
-PLACE = {name: k for k, name in enumerate(UNKNOWNS)}
-METRES = (*LENGTHS, "x0", "y0")
+TOOL = ("along", "across")
+UNKNOWNS = (*LENGTHS, *READING, *FRAME, *TOOL)
+PLACE = {name: k for k, name in enumerate((*UNKNOWNS, "tool_leg"))}
+METRES = (*LENGTHS, "x0", "y0", *TOOL)
 UNITS = dict.fromkeys(METRES, "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
 SIDES = np.array([-1.0, 1.0])  # of the legs
 NEUTRAL = np.array(
@@ -38,6 +40,9 @@ NEUTRAL = np.array(
         0.0,  # y0
         0.0,  # turn
         1.0,  # scale
+        0.0,  # along
+        0.0,  # across
+        1.0,  # tool_leg
     ]
 )
 # Places of both legs' values in UNKNOWNS.
@@ -45,10 +50,15 @@ CRANKS = slice(0, 4, 2)
 DISTAL_BARS = slice(1, 4, 2)
 OFFSETS = slice(5, 7)
 RATIOS = slice(7, 9)
+FRAMES = slice(9, 13)
+BY_BARS = np.zeros((2, len(UNKNOWNS)))  # derivatives of the distal bars
+BY_BARS[[0, 1], [1, 3]] = 1.0
+BY_TOOL = np.zeros(len(UNKNOWNS), complex)  # derivatives of the tool's place on its bar
+BY_TOOL[-2:] = 1.0, 1j
 
 
 def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarray:
-    """Return the values (13,) of a robot in its own frame, with `more` over them."""
+    """Return the values (16,) of a robot in its own frame, with `more` over them."""
     lengths = [getattr(robot, name) for name in LENGTHS]
     p = np.concatenate([lengths, NEUTRAL])
     for name, value in (more or {}).items():
@@ -65,6 +75,11 @@ def mounting_of(machine: Machine) -> dict[str, float]:
         if value != neutral:
             changed[name] = value
     return changed
+
+
+def tool_in(p: ndarray) -> tuple[Any, int]:
+    """Return the tool's place on its bar, along + i across, and the place of its leg, 0 or 1."""
+    return p[13] + 1j * p[14], int(np.ravel(p[15])[0]) - 1
 
 
 def robot_with(robot: FiveBar, p: ndarray) -> FiveBar:
@@ -185,28 +200,38 @@ def stretched(p: ndarray, q: ndarray) -> ndarray:
     return as_pairs(points)
 
 
-def slopes(p: ndarray, q: ndarray, at: PlacedPoses) -> ndarray:
-    """Return d xi / d UNKNOWNS (n, 13), complex, in the robot's frame.
+def _elbow_slopes(p, q, cranks):
+    """Return d P / d UNKNOWNS (n, 2, 15) of both elbows, complex, in the robot's frame."""
+    result = np.zeros((*q.shape, len(UNKNOWNS)), complex)
+    leg = np.arange(2)
+    by_angle = 1j * p[CRANKS].T * cranks
+    result[:, leg, 2 * leg] = cranks
+    result[:, :, 4] = SIDES / 2
+    result[:, leg, 5 + leg] = by_angle
+    result[:, leg, 7 + leg] = by_angle * q
+    return result
 
-    A d xi = u_i2 . dP_i + d l_i2, AMORO eq. 13 with the lengths of the bars derived, too.
+
+def slopes(p: ndarray, q: ndarray, at: PlacedPoses) -> ndarray:
+    """Return d xi / d UNKNOWNS (n, 15), complex, of what is measured, in the robot's frame.
+
+    A d C = u_i2 . dP_i + d l_i2, AMORO eq. 13 with the lengths of the bars derived, too.
     """
-    result = np.zeros((len(q), len(UNKNOWNS)), complex)
+    elbows = _elbow_slopes(p, q, at.cranks)
+    place_on_bar, leg = tool_in(p)
     with np.errstate(invalid="ignore"):
         adjugate = at.bars[:, ::-1] * (-1j, 1j)
         columns = adjugate / at.det[:, None]  # of the inverse of A
-        by_base = columns * SIDES / 2 * at.bars.real
-        by_angle = columns * p[CRANKS] * at.sines
-        result[:, CRANKS] = columns * dot(at.bars, at.cranks)
-        result[:, DISTAL_BARS] = columns
-        result[:, 4] = by_base.sum(axis=1)
-        result[:, OFFSETS] = by_angle
-        result[:, RATIOS] = by_angle * q
-    return result
+        along_bars = dot(at.bars[:, :, None], elbows) + BY_BARS
+        joint = np.einsum("nl,nlk->nk", columns, along_bars)
+        bar = at.bars[:, leg, None]
+        turns = cross(bar, joint - elbows[:, leg]) / p[1 + 2 * leg]
+        return joint + bar * (BY_TOOL + 1j * place_on_bar * turns)
 
 
 def frame(p: ndarray, xi: ndarray) -> ndarray:
     """Return points of the robot's frame in the measuring one, complex."""
-    x0, y0, turn, scale = p[9:]
+    x0, y0, turn, scale = p[FRAMES]
     origin = x0 + 1j * y0
     rotation = np.exp(1j * turn)
     return origin + scale * rotation * xi
@@ -214,22 +239,28 @@ def frame(p: ndarray, xi: ndarray) -> ndarray:
 
 def unframe(p: ndarray, z: ndarray) -> ndarray:
     """Return points of the measuring frame in the robot's, complex."""
-    x0, y0, turn, scale = p[9:]
+    x0, y0, turn, scale = p[FRAMES]
     origin = x0 + 1j * y0
     rotation_back = np.exp(-1j * turn)
     return (z - origin) * rotation_back / scale
 
 
+def tip(p: ndarray, at: PlacedPoses) -> ndarray:
+    """Return what is measured in the robot's frame (n,), complex: joint C, or the tool."""
+    place_on_bar, leg = tool_in(p)
+    return at.xi + place_on_bar * at.bars[:, leg]
+
+
 def seen(p: ndarray, q: ndarray, assembly: ndarray, derive: bool = True) -> tuple:
-    """Return points in the measuring frame (n, 2) and their derivatives by UNKNOWNS (n, 2, 13).
+    """Return points in the measuring frame (n, 2) and their derivatives by UNKNOWNS (n, 2, 15).
 
     Without `derive` the derivatives are None.
     """
     at = place(p, q, assembly)
-    points = frame(p, at.xi)
+    points = frame(p, tip(p, at))
     if not derive:
         return as_pairs(points), None
-    x0, y0, turn, scale = p[9:]
+    x0, y0, turn, scale = p[FRAMES]
     origin = x0 + 1j * y0
     rotation = np.exp(1j * turn)
     from_origin = points - origin
@@ -242,53 +273,77 @@ def seen(p: ndarray, q: ndarray, assembly: ndarray, derive: bool = True) -> tupl
     return as_pairs(points), by_unknowns
 
 
-def _bars_to(p, q, points):
-    """Return the distal bars' lengths and unit vectors, drawn to measured points.
+class DrawnBars(NamedTuple):
+    """Distal bars as drawn to measured points, complex, in the robot's frame.
 
-    The cranks' unit vectors (n, 2) and the points (n, 1) come, too, in the robot's frame.
+    off, bars, cranks (n, 2): by how much they are too long, and unit vectors; z (n, 1): points.
+    arm (n, 1), reach (n, 1): from the tool's elbow to the point, and the same by the bar.
+    """
+
+    off: ndarray
+    bars: ndarray
+    cranks: ndarray
+    z: ndarray
+    arm: ndarray
+    reach: Any
+
+
+def _unit(z):
+    length = np.abs(z)
+    with np.errstate(invalid="ignore"):  # where nothing is measured
+        return z / np.where(length, length, 1.0)
+
+
+def _bars_to(p, q, points):
+    """Return the DrawnBars to measured points.
+
+    A tool's point gives the angle of its bar, and with it joint C.
     """
     cranks, elbows = _cranks(p, q)
-    measured = as_complex(points)
-    z = unframe(p, measured)[:, None]
-    bars = z - elbows
-    length = np.abs(bars)
-    divisor = np.where(length, length, 1.0)
-    with np.errstate(invalid="ignore"):  # where nothing is measured
-        units = bars / divisor
-    return length, units, cranks, z
+    z = unframe(p, as_complex(points))[:, None]
+    place_on_bar, leg = tool_in(p)
+    own = [leg]
+    reach = np.reshape(p[1 + 2 * leg] + place_on_bar, (-1, 1))
+    arm = z - elbows[:, own]
+    joint = z - np.reshape(place_on_bar, (-1, 1)) * _unit(arm) * _unit(reach).conj()
+    bars = joint - elbows
+    off = np.abs(bars) - p[DISTAL_BARS].T
+    off[:, own] = np.abs(arm) - np.abs(reach)
+    return DrawnBars(off, _unit(bars), cranks, z, arm, reach)
 
 
 def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]:
     """Return by how much each distal bar misses the measured points, and its derivatives.
 
-    scale (|xi - P_i| - l_i2), (n, 2), measured m, and (n, 2, 13). It needs no mode, and no point is
-    out of reach: so a calibration begins with it, and looks for mistakes with it. The scale keeps a
-    robot that shrinks as its picture grows from missing by less.
+    scale (|C - P_i| - l_i2), (n, 2), measured m, and (n, 2, 15); for the leg of a tool, the same
+    of the tool. It needs no mode, and no point is out of reach: so a calibration begins with it,
+    and looks for mistakes with it. The scale keeps a robot that shrinks as its picture grows from
+    missing by less.
     """
-    length, u, cranks, z = _bars_to(p, q, points)
-    turn = p[11:12].T
-    scale = p[12:].T
-    off = length - p[DISTAL_BARS].T
-    sine = cross(cranks, u)
-    by_angle = -p[CRANKS].T * sine
-    rotation_back = np.exp(-1j * turn)
-    shift = rotation_back / scale
-    leg = np.arange(2)
-    crank = 2 * leg
-    shape = (*q.shape, len(UNKNOWNS))
-    derived = np.zeros(shape)
-    derived[:, leg, crank] = -dot(u, cranks)
-    derived[:, leg, crank + 1] = -1.0
-    derived[:, leg, 4] = -SIDES / 2 * u.real
-    derived[:, leg, 5 + leg] = by_angle
-    derived[:, leg, 7 + leg] = by_angle * q
-    derived[:, :, 9] = -dot(u, shift)
-    derived[:, :, 10] = -dot(u, 1j * shift)
-    derived[:, :, 11] = -dot(u, 1j * z)
-    derived[:, :, 12] = -dot(u, z) / scale
-    derived *= scale[..., None]
-    derived[:, :, 12] += off
-    return scale * off, derived
+    drawn = _bars_to(p, q, points)
+    place_on_bar, leg = tool_in(p)
+    turn, scale = p[11:13]
+    shift = np.exp(-1j * turn) / scale
+    by_points = np.zeros((len(q), len(UNKNOWNS)), complex)
+    by_points[:, 9] = -shift
+    by_points[:, 10] = -1j * shift
+    by_points[:, 11] = -1j * drawn.z[:, 0]
+    by_points[:, 12] = -drawn.z[:, 0] / scale
+    elbows = _elbow_slopes(p, q, drawn.cranks)
+    by_arm = by_points - elbows[:, leg]
+    by_reach = BY_BARS[leg] + BY_TOOL
+    along_arm, along_reach = _unit(drawn.arm), _unit(drawn.reach)
+    size = np.where(drawn.arm, np.abs(drawn.arm), 1.0)
+    turns = cross(along_arm, by_arm) / size - cross(along_reach, by_reach) / np.abs(drawn.reach)
+    bar = along_arm * along_reach.conj()
+    r = np.reshape(place_on_bar, (-1, 1))
+    joint = by_points - bar * (BY_TOOL + 1j * r * turns)
+    derived = dot(drawn.bars[:, :, None], joint[:, None] - elbows) - BY_BARS
+    derived[:, leg] = dot(along_arm, by_arm) - dot(along_reach, by_reach)
+    scale = np.reshape(scale, (-1, 1))
+    scaled = scale[..., None] * derived
+    scaled[:, :, 12] += drawn.off
+    return scale * drawn.off, scaled
 
 
 def whitening(p: ndarray, q: ndarray, sigma: ndarray) -> ndarray:
@@ -330,8 +385,8 @@ def sines_at(p: ndarray, q: ndarray, points: ndarray) -> ndarray:
 
     Minus their signs are the working modes and the assembly mode.
     """
-    _, u, cranks, _ = _bars_to(p, q, points)
-    left, right = u.T
-    type_1 = cross(cranks, u)
+    drawn = _bars_to(p, q, points)
+    left, right = drawn.bars.T
+    type_1 = cross(drawn.cranks, drawn.bars)
     type_2 = cross(left, right)
     return np.column_stack([type_1, type_2])

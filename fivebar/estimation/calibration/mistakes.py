@@ -59,7 +59,7 @@ POINTS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
 
 
 def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]:
-    """Return the mistakes found, the task with them put right, and values (13,) to begin with."""
+    """Return the mistakes found, the task with them put right, and values (16,) to begin with."""
     if task.rows.whole.sum() < 4:
         return [], task, begin(task)
     found: list[str] = []

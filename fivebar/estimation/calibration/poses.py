@@ -18,6 +18,7 @@ from ...base.robot_uses import takes_robot
 from ...base.tables import TextFile, written
 from ...models.geometry import Pose, igm, task_pose
 from ...models.robots import FiveBar
+from ...paths.tool import Tool
 from .calibrate import DEFAULT, known_names, start_values
 from .fit import spectrum
 from .indistinguishable import combination, plainest
@@ -105,6 +106,7 @@ def measurement_poses(
     n: int,
     unknown: Sequence[str] = DEFAULT,
     *,
+    tool: Tool | None = None,
     criterion: str = "tip",
     margin: float = 0.3,
     working: Sequence | None = None,
@@ -121,8 +123,8 @@ def measurement_poses(
         The nominal robot.
     n : int
         Number of poses.
-    unknown, start
-        As of `calibrate`.
+    unknown, tool, start
+        As of `calibrate`. The poses are those of joint C.
     criterion : str
         "tip": the least worst error of the tip anywhere in the workspace after the calibration
         (G-optimal). "D": the least volume of the unknowns' confidence region.
@@ -149,7 +151,7 @@ def measurement_poses(
     6
     """
     unknown = known_names(unknown)
-    p = start_values(robot, start)
+    p = start_values(robot, start, tool, unknown)
     columns = np.array([PLACE[name] for name in unknown])
     pose = candidates(robot, margin, _modes(working), window)
     if 2 * n < len(columns):

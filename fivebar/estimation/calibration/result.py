@@ -19,6 +19,7 @@ from ...models.dyads import SINGULAR
 from ...models.robots import FiveBar
 from ...paths.machine import Machine
 from ...paths.placement import Placement
+from ...paths.tool import Tool
 from ..saving import read_json, write_json
 from .fit import LeastSquares, loss_slopes, residuals, solve, spectrum
 from .indistinguishable import combination, plainest, remedy, weak_combinations
@@ -46,6 +47,7 @@ class Calibration(Plotted):
     """A calibrated five-bar, from `calibrate`; printed, it is a report.
 
         true angle = ratio q + offset        measured point = (x0, y0) + scale R(turn) xi
+        xi = C + along u_i2 + across v_i2, of joint C, or of a tool on the distal bar of a leg
 
     With J the Jacobian of the measured numbers by the unknowns, each over its sigma, the covariance
     of the unknowns is the variance of a weighted number times (J^T J)^-1 on what the data tell.
@@ -60,7 +62,7 @@ class Calibration(Plotted):
         What was measured, n rows.
     assembly : (n,) array
         Assembly modes of the rows.
-    start, p : (13,) arrays
+    start, p : (16,) arrays
         All values before and after, in the order of UNKNOWNS.
     weight : (m,) array
         1 / sigma of the measured numbers.
@@ -281,7 +283,7 @@ class Calibration(Plotted):
 
     @cached_property
     def before(self) -> ndarray:
-        """The start (13,), with the unknown part of the frame laid on the points anew."""
+        """The start (16,), with the unknown part of the frame laid on the points anew."""
         names = [name for name in self.unknown if name in FRAME]
         p = self.start.copy()
         places = [PLACE[name] for name in names]
@@ -436,13 +438,14 @@ class Calibration(Plotted):
         """The robot with the offsets and ratios of its readings, the measuring frame, and the modes
         of the rows.
         """
-        offset1, offset2, ratio1, ratio2, x0, y0, turn, scale = self.p[5:].tolist()
+        offset1, offset2, ratio1, ratio2, x0, y0, turn, scale, *at, leg = self.p[5:].tolist()
         frame = Placement((x0, y0), turn, scale)
         modes = np.column_stack([self.working, self.assembly])
         in_order = sorted(map(tuple, np.unique(modes[modes.all(axis=1)], axis=0).tolist()))
         offset = (offset1, offset2)
         ratio = (ratio1, ratio2)
-        return Machine(self.robot, offset, ratio, frame, measured=tuple(in_order))
+        tool = Tool(int(leg), *at) if any(at) else None
+        return Machine(self.robot, offset, ratio, frame, tool=tool, measured=tuple(in_order))
 
     def to_json(self, path: TextFile) -> None:
         """Write all of it; `from_json` reads it back."""

@@ -21,7 +21,8 @@ from ...paths.curve import Path
 from ...paths.machine import Machine
 from ...paths.pieces import Line
 from ...paths.placing.fitting_in import fitted_in
-from .measured_robot import PLACE, seen, values_of
+from .calibrate import start_values
+from .measured_robot import PLACE, seen
 
 PAPERS = {"A4": (0.297, 0.21), "A5": (0.21, 0.148)}  # m, lying
 BORDER = 0.012  # m, of the paper that stays free
@@ -74,8 +75,7 @@ class Sheet:
         """Return what the drives read (n, 2) at the crosses."""
         machine = self.machine
         xi = machine.frame.inverse(self.crosses)
-        pose = igm(machine.robot, xi, self.working)
-        return machine.readings(pose.q)
+        return machine.readings(_pose(machine, xi, self.working).q)
 
     @property
     def _signs(self) -> str:
@@ -123,16 +123,13 @@ def sheet(
     Raises
     ------
     ValueError
-        The machine has a tool beside joint C, or nothing fits.
+        The machine is no five-bar, or nothing fits.
     """
     if isinstance(machine, FiveBar):
         machine = Machine(machine)
     instance(Machine)(machine, "sheet: machine")
-    if machine.tool is not None or not machine.robot.turns:
-        raise ValueError(
-            "sheet: the drawing is of the joint of a five-bar's distal bars: put the pen there and"
-            " take the table tool out of the robot's file"
-        )
+    if not machine.robot.turns:
+        raise ValueError("sheet: the drawing is of a five-bar, and the machine is a biglide")
     paper = one_of(*PAPERS)(paper, "sheet: paper")
     size = np.array(PAPERS[paper]) - 2 * BORDER
     width, height = size
@@ -142,7 +139,7 @@ def sheet(
     if working is not None:
         working = modes(2)(working, "sheet: working")
     robot: Any = machine.robot
-    fit = fitted_in(robot, frame, 0.0, None, working, limits)
+    fit = fitted_in(robot, frame, 0.0, None, working, limits, machine.tool)
     working = fit.aspect.working
     scale = min(1.0, fit.scale)
     box = fit.rectangle
@@ -158,8 +155,16 @@ def sheet(
     mark = crosses[0] + MARK / 2 * corners
     in_frame = machine.frame(crosses)
     strokes = [machine.frame(border), machine.frame(mark), *_arms(in_frame)]
-    pose = igm(robot, crosses, working)
-    return Sheet(machine, working, in_frame, path=_drawn(strokes), pairs=_telling(robot, pose))
+    pose = _pose(machine, crosses, working)
+    p = start_values(robot, {}, machine.tool)
+    return Sheet(machine, working, in_frame, path=_drawn(strokes), pairs=_telling(p, pose))
+
+
+def _pose(machine, points, working):
+    """Return the Pose with the pen at points of the robot's frame."""
+    if machine.tool is None:
+        return igm(machine.robot, points, working)
+    return machine.tool.pose(machine.robot, points, working)
 
 
 def _lines(points):
@@ -193,14 +198,14 @@ def _drawn(strokes):
     return Path(pieces, pen)
 
 
-def _telling(robot, pose):
+def _telling(p, pose):
     """Return pairs (k, 2) of crosses whose distances tell most of the unknowns: each cross with its
     best one, and then those by which the determinant of the information grows most.
     """
-    points, slopes = seen(values_of(robot), pose.q, pose.assembly)
+    points, slopes = seen(p, pose.q, pose.assembly)
     places = [PLACE[name] for name in UNKNOWN]
     slopes = slopes[..., places]
-    size = np.array([1.0] * 5 + [1 / robot.l11] * 2)
+    size = np.array([1.0] * 5 + [1 / p[0]] * 2)
     one_way = np.array([*combinations(range(len(points)), 2)])
     ends = np.concatenate([one_way, one_way[:, ::-1]])
     first, second = ends.T

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 from .few_rows import only_solution
 from .fit import LeastSquares, noted_assembly
-from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, unframe
+from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, tip, unframe
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
 TURNS = np.arange(0, 2 * np.pi, np.pi / 4)  # at which what may be turned begins
@@ -22,7 +22,7 @@ COUNTS_PER_TURN = (
 
 
 def begin(task: LeastSquares, far: bool = True) -> ndarray:
-    """Return values (13,) to begin with, by the points alone; a bad row or two do not matter.
+    """Return values (16,) to begin with, by the points alone; a bad row or two do not matter.
 
     Where the start leads nowhere, usual encoders are tried for free ratios, a whole turn of a free
     frame, and with `far` one of the free offsets.
@@ -194,7 +194,7 @@ def _turned_frames(task):
 
 
 def _laid(rows, p, free, mode):
-    robot = place(p, rows.q, mode).xi
+    robot = tip(p, place(p, rows.q, mode))
     camera = as_complex(rows.points)
     good = np.isfinite(robot) & np.isfinite(camera)
     if good.sum() < 2:

@@ -17,8 +17,9 @@ from ...base.representation import one_line
 from ...base.robot_uses import takes_robot
 from ...models.geometry import Pose, igm
 from ...models.robots import FiveBar
-from .calibrate import known_names
-from .measured_robot import PLACE, seen, values_of
+from ...paths.tool import Tool
+from .calibrate import known_names, start_values
+from .measured_robot import PLACE, seen
 
 PLAYS = {"backlash1": "offset1", "backlash2": "offset2"}  # what a motor's play moves
 
@@ -120,6 +121,7 @@ def tip_error(
     tolerances: Mapping[str, float],
     poses: Pose | ArrayLike,
     *,
+    tool: Tool | None = None,
     working: ArrayLike = (-1, -1),
     samples: int = 20_000,
     seed: int = 0,
@@ -135,11 +137,13 @@ def tip_error(
         The nominal robot.
     tolerances : mapping
         {name: size} of l11, l12, l21, l22, d, offset1, offset2 (an encoder's error is one), ratio1,
-        ratio2; m and rad: standard deviations, or the half widths of uniform distributions. And
-        backlash1, backlash2: the play of a motor, rad, which holds its joint half of it on one side
-        or the other.
+        ratio2, along, across (of the tool); m and rad: standard deviations, or the half widths of
+        uniform distributions. And backlash1, backlash2: the play of a motor, rad, which holds its
+        joint half of it on one side or the other.
     poses : Pose, or (2,) or (n, 2) array
         Poses, or points, m, that are reached in the mode `working`.
+    tool : Tool, optional
+        What draws, beside joint C; the poses are those of joint C.
     working : pair or (n, 2) array of +1 and -1
         Working modes.
     samples : int
@@ -185,7 +189,7 @@ def tip_error(
         )
     if len(q) * samples > 2e7:
         raise ValueError(f"{len(q)} poses times {samples} samples: at most 2e7 together")
-    p = values_of(robot)
+    p = start_values(robot, {}, tool, known)
     columns = np.array([PLACE[name] for name in known])
     at, jacobian = seen(p, q, assembly)
     draw = np.random.default_rng(seed)
