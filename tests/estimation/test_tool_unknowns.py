@@ -150,5 +150,5 @@ def test_the_command_takes_the_tool_of_the_file_or_its_leg(tmp_path, capsys):
     fb.Machine(LAB, tool=fb.Tool(2, 0.012, -0.006)).save(tmp_path / "robot.toml")
     out = ["--robot", str(tmp_path / "robot.toml"), "--out", str(tmp_path / "out")]
     assert main([*words, *out]) == 0
-    tool = fb.Machine.load(tmp_path / "out" / "robot.toml").tool
+    tool = fb.load_machine(tmp_path / "out" / "robot.toml").tool
     assert tool.leg == 2 and tool.along == pytest.approx(true["along"], abs=2e-3)
