@@ -2,7 +2,7 @@
 
 import io
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -355,9 +355,7 @@ def test_errors_of_a_tip_are_told_in_a_line():
 
 
 def test_what_no_drawing_is_made_for_is_refused():
-    table = replace(fb.Machine(LAB), tool=fb.Tool(leg=1, along=0.1, across=0.01))
     for machine, options, words in (
-        (table, {}, "sheet: the drawing is of the joint"),
         (LAB, {"paper": "A3"}, "sheet: paper must be"),
         (LAB, {"working": (1, 0)}, "sheet: working must be"),
         (5, {}, "sheet: machine must be"),

@@ -92,8 +92,8 @@ def test_the_commands_go_once_around(tmp_path, capsys):
 def test_bad_sheets_are_refused(tmp_path, capsys):
     with pytest.raises(ValueError, match="paper must be one of"):
         sheet(NOMINAL, "A3")
-    with pytest.raises(ValueError, match="put the pen there"):
-        sheet(fb.Machine(NOMINAL, tool=fb.Tool(1, 0.01)))
+    with pytest.raises(ValueError, match="the machine is a biglide"):
+        sheet(fb.Machine(fb.Biglide()))
     with pytest.raises(TypeError, match="must be a Machine"):
         sheet("A5")
     assert main(["calibrate"]) == 2

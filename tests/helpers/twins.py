@@ -3,7 +3,7 @@
 import numpy as np
 
 import fivebar as fb
-from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS
+from fivebar.estimation.calibration.measured_robot import FRAME, LENGTHS, READING
 
 NOMINAL = fb.FiveBar(0.09, 0.1, 0.085, 0.095, 0.118)
 LAB = fb.FiveBar()
@@ -11,7 +11,7 @@ HOME = ((-1, -1),)
 MODES = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
-def twin(rng, nominal=LAB, unknown=UNKNOWNS, spread=1.0):
+def twin(rng, nominal=LAB, unknown=(*LENGTHS, *READING, *FRAME), spread=1.0):
     """{name: value} of a robot as built: what is unknown is off by about 0.5 mm, 0.5 degrees, 1 in 1000."""
     sizes = dict.fromkeys((*LENGTHS, "x0", "y0"), 5e-4) | dict.fromkeys(
         ("offset1", "offset2", "turn"), 9e-3
