@@ -120,4 +120,4 @@ def test_each_distance_is_the_one_that_tells_most(drawn):
         assert found not in chosen and found[::-1] not in chosen
         chosen.append(found)
         information = information + np.outer(rows[found], rows[found])
-    assert np.array_equal(_telling(ROBOT, pose), drawn.pairs)
+    assert np.array_equal(_telling(values_of(ROBOT), pose), drawn.pairs)

@@ -288,10 +288,14 @@ class DrawnBars(NamedTuple):
     reach: Any
 
 
+def _size(z):
+    """Return |z|, or 1 for 0."""
+    return np.where(z, np.abs(z), 1.0)
+
+
 def _unit(z):
-    length = np.abs(z)
     with np.errstate(invalid="ignore"):  # where nothing is measured
-        return z / np.where(length, length, 1.0)
+        return z / _size(z)
 
 
 def _bars_to(p, q, points):
@@ -333,8 +337,8 @@ def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]
     by_arm = by_points - elbows[:, leg]
     by_reach = BY_BARS[leg] + BY_TOOL
     along_arm, along_reach = _unit(drawn.arm), _unit(drawn.reach)
-    size = np.where(drawn.arm, np.abs(drawn.arm), 1.0)
-    turns = cross(along_arm, by_arm) / size - cross(along_reach, by_reach) / np.abs(drawn.reach)
+    turns = cross(along_arm, by_arm) / _size(drawn.arm)
+    turns -= cross(along_reach, by_reach) / _size(drawn.reach)
     bar = along_arm * along_reach.conj()
     r = np.reshape(place_on_bar, (-1, 1))
     joint = by_points - bar * (BY_TOOL + 1j * r * turns)
