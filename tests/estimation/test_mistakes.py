@@ -205,7 +205,7 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
         (["--start", "x0"], 2, "--start must be NAME=VALUE"),
         (["--start", "x0=a"], 2, "--start: 'a' is not a number"),
         (["--bounds", "l11=0.1"], 2, "--bounds must be NAME=LOW:HIGH"),
-        (["--robot", "biglide"], 2, "calibrate knows five-bars only"),
+        (["--robot", "biglide"], 2, "calibrate refuses a robot with kind ="),
         (["--units", "furlong"], 1, "units: furlong: known are"),
     ],
 )
