@@ -55,6 +55,12 @@ def test_modes_that_no_solution_has_are_refused():
         fb.calibrate(JIG, data | {"assembly": [1]}, OFFSETS)
 
 
+def test_points_that_no_such_robot_reaches_are_asked_about():
+    data = on_the_jig([(0, 0.25)])
+    with pytest.raises(ValueError, match="no robot reaches these points.* Are the units right"):
+        fb.calibrate(JIG, data | {"y": [250.0]}, OFFSETS, sigma=2e-4)
+
+
 def random_set(seed):
     """Robot, data, unknown, true values and modes of 1 to 5 rows; modes noted or not."""
     rng = np.random.default_rng(seed)

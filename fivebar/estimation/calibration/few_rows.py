@@ -52,12 +52,18 @@ def only_solution(task: LeastSquares) -> ndarray | None:
             " Note working1, working2 and assembly, measure more rows, or give values to begin with"
             " (start, on the command line --start)"
         )
-    if len(values) and len(rows) < 4:  # of more rows, the one that is noted wrong is found
+    if len(rows) > 3 or "scale" in task.names:  # in more rows, mistakes are looked for
+        return values[0] if len(values) == 1 else None
+    if len(values):
         raise ValueError(
             "in the modes noted the robot does not reach the points; it would in"
             f" {_named(task, values, modes)}"
         )
-    return values[0] if len(values) == 1 else None
+    raise ValueError(
+        "no robot reaches these points whose lengths are within 10 % of this one's. Are the units"
+        " right (headings as x (mm), q1_deg; units=, --units), and are offsets and the frame (x0,"
+        " y0, turn) unknown, where they are?"
+    )
 
 
 def solutions(task: LeastSquares) -> tuple[ndarray, ndarray]:
@@ -76,7 +82,9 @@ def solutions(task: LeastSquares) -> tuple[ndarray, ndarray]:
     spare = max(len(task.rows.numbers) + known - len(task.free), 1)
     least = cost.min()
     variance = max((task.sigma / task.bar or EXACT) ** 2, least / spare)
-    good = (cost < least + FAR**2 * variance) & (cost < 2 * n * WORST**2)
+    good = (cost < least + FAR**2 * variance) & (
+        cost < 2 * n * max(WORST, FAR * task.sigma / task.bar) ** 2
+    )
     values, points = starts.moved(task, z)
     sines = sines_at(*_flat(task, values, points)).reshape(-1, n, 3)
     modes = -np.sign(np.nan_to_num(sines)).astype(int)
