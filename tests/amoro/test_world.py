@@ -1,6 +1,7 @@
 """The lab's Robot in this process: its home, its steps against an integration of their own, its clock and its ends."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -185,6 +186,23 @@ def test_the_end_of_the_time_is_an_interrupt_and_then_an_end(make, left):
     assert "swallowed" in left[0]
 
 
+def test_the_end_in_another_thread_interrupts_the_main_one(make):
+    robot = make("five_bar", until=0.01)
+    answers = []
+
+    def script():
+        robot.apply_efforts(0.01, 0.0)
+        answers.append(robot.data_updated())
+
+    thread = threading.Thread(target=script)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        thread.join()
+        time.sleep(20)
+    thread.join()
+    assert answers == [False]
+
+
 def test_after_the_end_another_thread_moves_nothing(make):
     robot = make("five_bar", until=0.01)
     robot.apply_efforts(0.01, 0.0)
@@ -194,6 +212,7 @@ def test_after_the_end_another_thread_moves_nothing(make):
 
     def script():
         moved.append(robot.apply_efforts(0.0, 0.0))
+        moved.append(robot.data_updated())
         place.world.ended = True
         try:
             robot.apply_efforts(0.0, 0.0)
@@ -203,7 +222,7 @@ def test_after_the_end_another_thread_moves_nothing(make):
     thread = threading.Thread(target=script)
     thread.start()
     thread.join(20)
-    assert moved == [None, "ended"] and robot.get_time() == 0.01
+    assert moved == [None, False, "ended"] and robot.get_time() == 0.01
 
 
 @pytest.mark.parametrize(
@@ -255,8 +274,6 @@ def test_rclpy_begins_once_and_before_the_robot(monkeypatch):
 
 
 def test_the_simulated_clock_counts_steps_and_sleep(monkeypatch):
-    import time
-
     for name in "time time_ns perf_counter perf_counter_ns monotonic monotonic_ns sleep".split():
         monkeypatch.setattr(time, name, getattr(time, name))
     clock = SimulatedClock()

@@ -91,6 +91,9 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
     "control": ("tests/control", "-k", "not benchmark_runs"),
     "linkages": ("tests/linkages",),
     "exporters": ("tests/exporters",),
+    # What runs in a script's own process is not changed there: the tests in this one count.
+    "amoro": ("tests/amoro/test_world.py", "tests/amoro/test_models.py"),
+    "cli": ("tests/cli",),
     "grading": tuple(
         f"tests/grading/test_{name}.py" for name in "judge values relations results".split()
     ),
@@ -378,7 +381,8 @@ def outcome_of(each: Mutant, tests: dict, seconds: float, longest: float, slow: 
         code = in_a_child(lambda chosen=chosen: run(chosen), most) if chosen else 0
         if code is None:
             return "timeout"
-        if code == pytest.ExitCode.TESTS_FAILED:
+        # A mutant of what ends a script interrupts pytest itself.
+        if code in (pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED):
             return "killed"
         if code:
             raise RuntimeError(f"pytest ended with {code} on {each.name}: {chosen}")
