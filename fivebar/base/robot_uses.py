@@ -178,8 +178,12 @@ def takes_robot(
         user = "fb." + function.__qualname__.partition(".")[0]
         robot_is_optional = signature.parameters["robot"].default is None
 
+        from .checks import takes  # brings NumPy
+
+        checked = takes(**rules)(function)
+
         @wraps(function)
-        def checked(*args, **kwargs):
+        def with_robot(*args, **kwargs):
             try:
                 call = signature.bind(*args, **kwargs)
             except TypeError:  # the function itself says best what is missing
@@ -191,12 +195,9 @@ def takes_robot(
                 given["robot"] = getattr(found, "robot", found)
                 if found is not given["robot"]:
                     _give(found, given, signature.parameters)
-            for name, rule in rules.items():
-                if name in given:
-                    given[name] = rule(given[name], name)
-            return function(*call.args, **call.kwargs)
+            return checked(*call.args, **call.kwargs)
 
-        return checked
+        return with_robot
 
     return decorate
 

@@ -7,6 +7,7 @@ from dataclasses import fields
 from inspect import signature
 from typing import Any
 
+from ..base.checks import shown
 from .links import Link
 from .robots import KINDS, Biglide, FiveBar, Robot
 
@@ -73,7 +74,7 @@ def robot_of(parameters: dict[str, Any], kind: Any = None) -> FiveBar | Biglide:
     kind = kind or kind_that_knows(parameters)
     if "links" in parameters and kind is FiveBar:
         return _of_links(dict(parameters))
-    _refuse_unknown(f"a {kind.words.title}", parameters, [f.name for f in fields(kind)])
+    refuse_unknown(f"a {kind.words.title}", parameters, [f.name for f in fields(kind)])
     return kind(**parameters)
 
 
@@ -89,7 +90,7 @@ def kind_that_knows(parameters: dict[str, Any]) -> Any:
 
 def _of_links(parameters):
     known = list(signature(FiveBar.from_links).parameters)
-    _refuse_unknown("a robot of links", parameters, known)
+    refuse_unknown("a robot of links", parameters, known)
     _refuse_missing("a robot of links", parameters, known[:6])
     links = parameters.pop("links")
     if isinstance(links, dict):
@@ -102,14 +103,17 @@ def _link(name, link):
         return link
     about_centre = "inertia_about_centre" in link
     inertia = "inertia_about_centre" if about_centre else "inertia"
-    _refuse_unknown(name, link, ("mass", "x", "y", inertia))
+    refuse_unknown(name, link, ("mass", "x", "y", inertia))
     _refuse_missing(name, link, ("mass", "x") if about_centre else ("mass",))
     if not about_centre:
         return Link(**link)
     return Link.about_centre(link["mass"], link["x"], link.get("y", 0.0), link[inertia])
 
 
-def _refuse_unknown(what, given, known):
+def refuse_unknown(what: str, given: Any, known: Iterable[str]) -> None:
+    """Raise ValueError for a table with names that are not known."""
+    if not isinstance(given, dict):
+        raise ValueError(f"{what} must be a table of {', '.join(known)}, not {shown(given)}")
     if unknown := sorted(set(given) - set(known)):
         raise ValueError(
             f"no parameter {', '.join(unknown)} of {what}; the known ones are {', '.join(known)}"

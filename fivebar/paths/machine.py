@@ -17,7 +17,8 @@ from ..base.tables import TextFile
 from ..base.units import RADIANS
 from ..constraints.constraints import CHECKS, ON_POSES, Constraints
 from ..constraints.link_collisions import LinkCollisions
-from ..models.robot_files import SECTIONS, RobotFile, read_robot
+from ..models.parameters import refuse_unknown
+from ..models.robot_files import RobotFile, read_robot
 from ..models.robot_writing import write_robot
 from ..models.robots import Biglide, FiveBar
 from .placement import Placement
@@ -33,6 +34,19 @@ UNITS = {
     "mm": None,
 }
 IN_RADIANS = 0.02  # of a machine's ratio: below, its drives read degrees or counts
+
+
+def _names(kind):
+    return [field.name for field in fields(kind)]
+
+
+KNOWN = {  # tables of a robot file
+    "readings": ["offset", "ratio"],
+    "frame": _names(Placement),
+    "constraints": [name for name in CHECKS if name != "functions"],
+    "tool": _names(Tool),
+    "measured": ["modes"],
+}
 
 
 @dataclass(frozen=True)
@@ -336,17 +350,15 @@ def machine_of(read: RobotFile) -> Machine:
 
 
 def _machine(robot, sections):
-    limits = set(CHECKS) - {"functions"}
-    parts = [{"offset", "ratio"}, _names(Placement), limits, _names(Tool), {"modes"}]
-    for name, known in zip(SECTIONS, parts):
-        _refuse_unknown(name, sections.get(name, {}), known)
+    for name, known in KNOWN.items():
+        refuse_unknown(f"the table {name}", sections.get(name, {}), known)
     constraints: dict[str, Any] = dict(sections.get("constraints", {}))
     joints = constraints.get("joints")
     if isinstance(joints, list):
         constraints["joints"] = [range_ or None for range_ in joints]
     if "collisions" in constraints:
         links = constraints["collisions"]
-        _refuse_unknown("constraints.collisions", links, _names(LinkCollisions))
+        refuse_unknown("the table constraints.collisions", links, _names(LinkCollisions))
         constraints["collisions"] = LinkCollisions(**links)
     frame = Placement(**sections.get("frame", {}))
     limits = _moved(Constraints(**constraints), frame.inverse)
@@ -360,16 +372,3 @@ def _machine(robot, sections):
         measured=sections.get("measured", {}).get("modes", ()),
         **readings,
     )
-
-
-def _names(kind):
-    return {field.name for field in fields(kind)}
-
-
-def _refuse_unknown(name, table, known):
-    has = ", ".join(sorted(known))
-    if not isinstance(table, dict):
-        raise ValueError(f"{name} must be a table of {has}")
-    unknown = sorted(set(table) - known)
-    if unknown:
-        raise ValueError(f"no {', '.join(unknown)} in the table {name}; it has {has}")

@@ -74,15 +74,24 @@ def test_readings_and_frame_are_inverted(offset, ratio, shift, turn, angle):
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("[readings]\noffset1 = 1", "no offset1 in the table readings; it has offset, ratio"),
+        (
+            "[readings]\noffset1 = 1",
+            "no parameter offset1 of the table readings; the known ones are offset, ratio",
+        ),
         ("[readings]\nratio = [0, 1]", "ratio must not be 0"),
         ("[readings]\noffset = 'x'", "offset: 'x' is not a number"),
         ("[frame]\nscale = -1", "scale must be finite and > 0"),
         ("[constraints]\ntorque = -1", "torque must be"),
-        ("[constraints]\ncollisions = {width = 1}", "no width in the table constraints.collisions"),
+        (
+            "[constraints]\ncollisions = {width = 1}",
+            "no parameter width of the table constraints.collisions",
+        ),
         ("[motor]\ntorque = 1", "no parameter motor"),
         ("[measured]\nmodes = [[1, -1]]", "measured modes must be three signs"),
-        ("[measured]\nmode = 1", "no mode in the table measured; it has modes"),
+        (
+            "[measured]\nmode = 1",
+            "no parameter mode of the table measured; the known ones are modes",
+        ),
         ("readings = 3", "readings must be a table of offset, ratio"),
     ],
 )

@@ -441,7 +441,7 @@ def test_a_machine_with_a_tool_comes_back(tmp_path):
     PLOTCLOCK.save(tmp_path / "robot.toml")
     assert fb.load_machine(tmp_path / "robot.toml") == PLOTCLOCK
     (tmp_path / "robot.toml").write_text("[tool]\nleg = 1\nup = 2", encoding="utf-8")
-    with pytest.raises(ValueError, match="no up in the table tool"):
+    with pytest.raises(ValueError, match="no parameter up of the table tool"):
         fb.load_machine(tmp_path / "robot.toml")
 
 

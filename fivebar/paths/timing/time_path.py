@@ -135,7 +135,7 @@ def time_path(
     if duration is None:
         motion = _timed(asked, *refined(mesh, asked, gap, until))
         if motion.gap > max(gap, SLOW):
-            warnings.warn(f"time_path: {slowness(motion)}", RuntimeWarning, stacklevel=3)
+            warnings.warn(f"time_path: {slowness(motion)}", RuntimeWarning, stacklevel=4)
         return motion
     rest = math.fsum(stop.seconds for stop in path.stops)
     if not duration > rest:
