@@ -21,6 +21,7 @@ from ..models.parameters import refuse_unknown
 from ..models.robot_files import RobotFile, read_robot
 from ..models.robot_writing import write_robot
 from ..models.robots import Biglide, FiveBar
+from .curve import AtUnitSpeed
 from .placement import Placement
 from .tool import MountedTool, Tool
 
@@ -183,6 +184,12 @@ class Machine:
         """Return the Path or Trajectory of joint C, in the robot's own frame, that leads what draws
         along one in the measuring frame: `Tool.path`, or without a tool joint C itself.
         """
+        if isinstance(path, AtUnitSpeed):
+            return self.led(path.path, working).at_unit_speed
+        if getattr(path, "tool", None) is not None:
+            raise ValueError(
+                "this path leads a tool already, in the robot's own frame: give machine.robot"
+            )
         if self.moves_points:
             path = self.frame.inverse(path)
         robot: Any = self.robot

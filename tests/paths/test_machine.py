@@ -194,3 +194,77 @@ def test_draw_goes_where_the_robot_was_calibrated_and_says_where_not(tmp_path, c
         xi = fb.dgm(robot_of(true), q).xi  # assembly -1 in all three
         error[name] = np.hypot(xi[:, 0] - table["x"], xi[:, 1] - table["y"]).max()
     assert 2 * max(error["first"], error["at"]) < error["other"]
+
+
+BUILT = fb.Machine(
+    fb.FiveBar(0.09, 0.12, 0.09, 0.12, 0.08),
+    frame=fb.Placement((0.15, 0.02), 0.3, 1.02),
+    tool=fb.Tool(1, 0.01, 0.004),
+    constraints=fb.Constraints(acceleration=1.0, torque=2.0, det_A=0.2),
+)
+
+
+def test_functions_lead_the_tool_of_a_machine_in_its_frame():
+    """As by hand; and the tool is where the path says, in the measuring frame."""
+    modes = (1, -1)
+    path = fb.path([(0.11, 0.17), (0.12, 0.17), (0.12, 0.18)])
+    by_hand = BUILT.tool.path(BUILT.robot, BUILT.frame.inverse(path), modes)
+    limits = fb.Constraints(acceleration=1.0, torque=2.0, det_A=0.2)
+    timed = fb.time_path(BUILT, path, working=modes)
+    assert (
+        timed.duration
+        == fb.time_path(BUILT.robot, by_hand, constraints=limits, working=modes).duration
+    )
+    t = np.linspace(0.0, timed.duration, 101)
+    tip = BUILT.frame(BUILT.tool.point(timed.accelerations(t).rates.pose))
+    corners = np.array([(0.11, 0.17), (0.12, 0.17), (0.12, 0.18)])
+    ways = [np.abs(tip[:, 1] - 0.17) + np.maximum(tip[:, 0] - 0.12, 0), np.abs(tip[:, 0] - 0.12)]
+    assert np.min(ways, axis=0).max() < 1e-12 and abs(tip[[0, -1]] - corners[[0, -1]]).max() < 1e-12
+    with pytest.warns(UserWarning, match="fb.check_path leaves out torque, acceleration"):
+        checked = fb.check_path(BUILT, path.at_unit_speed, modes)
+    assert checked.min_margin == fb.check_path(BUILT.robot, by_hand.at_unit_speed, modes).min_margin
+    with pytest.warns(UserWarning, match="fb.certify leaves out"):
+        proof = fb.certify(BUILT, path, working=modes)
+    assert proof.proved and proof.claim["margin"] == 0.2 and proof.claim["tool"]["along"] == 0.01
+    with pytest.raises(ValueError, match="leads a tool already"):
+        fb.time_path(BUILT, by_hand, working=modes)
+    line = BUILT.led(fb.line((0.11, 0.17), (0.12, 0.17), 2.0), modes)
+    tip = BUILT.tool.point(fb.igm(BUILT.robot, line(1.0)[0], modes))
+    assert BUILT.frame(tip) == pytest.approx((0.115, 0.17), abs=1e-14)
+    assert BUILT.joint((0.115, 0.17), modes) == pytest.approx(line(1.0)[0], abs=1e-14)
+    # The rates of a trajectory in a frame, by differences.
+    moved = BUILT.frame(fb.circle((0.0, 0.1), 0.02, 1.0))
+    h = 1e-5
+    middle, speed, acceleration = moved(0.3)
+    before, after = moved(0.3 - h), moved(0.3 + h)
+    assert (after[0] - before[0]) / (2 * h) == pytest.approx(speed, abs=1e-8)
+    assert (after[1] - before[1]) / (2 * h) == pytest.approx(acceleration, abs=1e-7)
+    assert moved(0.0)[0] == pytest.approx(BUILT.frame((0.02, 0.1)), abs=1e-14)
+
+
+def test_constraints_of_a_machine_are_left_out_with_a_warning_and_others_refused():
+    aspect = fb.aspect(BUILT.robot, 3)
+    with pytest.warns(UserWarning, match="fb.largest_disc leaves out torque, acceleration"):
+        disc = fb.largest_disc(aspect, constraints=BUILT.constraints)
+    assert disc.radius == fb.largest_disc(aspect, constraints=fb.Constraints(det_A=0.2)).radius
+    written = replace(BUILT.constraints, jerk=1.0)
+    with pytest.raises(ValueError, match="the constraint jerk is not kept here, leave it out"):
+        fb.largest_disc(aspect, constraints=written)
+
+
+def test_certify_and_draw_agree_in_the_measuring_frame(tmp_path, capsys):
+    """On the bed (0, 150) mm is 324.5 mm from a motor of this robot, which reaches 311.5 mm."""
+    (tmp_path / "bed.csv").write_text("x (mm),y (mm)\n0,150\n5,150\n", "utf-8")
+    robot = ["--robot", "reprapfirmware", "--working", "1", "-1"]
+    assert main(["certify", str(tmp_path / "bed.csv"), *robot]) == 1
+    told = capsys.readouterr()
+    assert "in the measuring frame of the robot's file" in told.out
+    assert "(l11 + l12)^2 - r1^2 = -0.008292" in told.out  # 0.3115^2 - 0.054^2 - 0.32^2
+    out = ["--as-drawn", "--out", str(tmp_path / "draw")]
+    assert main(["draw", str(tmp_path / "bed.csv"), *robot, *out]) == 1
+    assert "leaves the workspace at (0, 150) mm" in capsys.readouterr().err
+    assert main(["certify", str(tmp_path / "bed.csv"), *robot, "--frame", "robot"]) == 0
+    assert "in the robot's own frame" in capsys.readouterr().out
+    line = ["--from", "0", "0.15", "--to", "0.01", "0.15"]
+    assert main(["track", *line, "--duration", "1", *robot]) != 0
+    assert main(["plan", *line, *robot]) != 0
