@@ -16,7 +16,7 @@ from .parameter_units import table_in_si
 from .parameters import kind_that_knows, robot_of
 from .robots import Biglide, FiveBar
 
-READERS = {".toml": tomllib.loads, ".json": json.loads, ".g": config_table}
+READERS: dict[str, Any] = {".toml": tomllib.loads, ".json": json.loads, ".g": config_table}
 KINDS: dict[str, type] = {"five-bar": FiveBar, "biglide": Biglide}
 SECTIONS = "readings", "frame", "constraints", "tool", "measured"  # of a `Machine`
 LENGTHS = {"l1", "l2"}

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from ..base.backend import EPS
-from ..models.robots import Biglide, FiveBar
+from ..models.robots import FiveBar
 from .leg_circles import size_of
 
 # Of the size, for a sum of lengths. Up to 1e-11 rounding decided which loci cross, and faces were
@@ -28,7 +29,7 @@ EVERYWHERE = (
 )
 
 
-def singular_everywhere(robot: FiveBar | Biglide, working: Sequence[int]) -> bool:
+def singular_everywhere(robot: Any, working: Sequence[int]) -> bool:
     """Return whether det A is 0 in all poses of working modes (2,), to rounding: the legs are equal
     and in one place.
     """
