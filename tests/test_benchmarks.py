@@ -1,8 +1,9 @@
 """A smoke run of the benchmarks: they work; their timings are not asserted here."""
 
+import numpy as np
 import pytest
 
-from tests.benchmarks import arrays, engine, live_page, singularities, speed, time_paths
+from tests.benchmarks import arrays, drawings, engine, live_page, singularities, speed
 from tests.helpers.needs import need
 
 
@@ -35,12 +36,22 @@ def test_array_libraries_agree(capsys, compiler):
 
 def test_timed_paths_are_no_slower_than_toppras_and_keep_their_limits(capsys):
     need("toppra")
-    for ours, theirs, bound in time_paths.main(quick=True).values():
-        duration, _, torque, speed = ours
-        assert (
-            duration <= 1.001 * theirs[0]
-            and torque <= 1
-            and speed <= 1
-            and duration <= 1.001 * bound
-        )
-    assert capsys.readouterr().out.count("toppra") == 2
+    for number in (14, 15, 19):  # of three pieces, of eleven, and of three
+        _, _, *given = next(case for case in drawings.cases(number + 1) if case[0] == number)
+        robot, working, path, limits = given
+        motion, _ = drawings.by_fivebar(*given)
+        assert motion.gap <= 1e-3
+        k, gone, rate, push = motion.along(np.linspace(0, motion.duration, 4001))
+        s = path.knots[motion.piece[k]] + motion.first[k] + gone
+        if set(limits) <= drawings.BY_JOINTS:
+            assert drawings.shares(robot, working, path, limits, s, rate, push) <= 1
+            duration, _, most = drawings.by_toppra(*given, 100)
+            assert motion.duration <= 1.001 * duration and most < 1.1
+            assert duration > (1 - (most - 1)) * motion.lower_bound
+
+
+def test_drawings_of_the_benchmark_are_timed(capsys):
+    assert [row[1] <= 1e-3 for row in drawings.main(1)] == [True]
+    assert "for 30 pieces: median" in capsys.readouterr().out
+    chart = drawings.chart()
+    assert [method.name for method in chart.methods] == ["fivebar.time_path", "toppra, Seidel"]

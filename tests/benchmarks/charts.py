@@ -1,7 +1,8 @@
 """Charts with other simulators and more methods: `python -m tests.benchmarks.charts NAME|all [--quick] [--out DIR]`.
 
 The charts of `fivebar chart`, of which `geometry` has more routes and `chip` the printed formulas and ARM, and
-`simulators`: the same motions in heyoka, MuJoCo, Pinocchio, Drake, Exudyn and pylinkage (the extra `peers`).
+`simulators`: the same motions in heyoka, MuJoCo, Pinocchio, Drake, Exudyn and pylinkage (the extra `peers`); and
+`least-time`: drawings timed by `time_path` and by toppra.
 """
 
 from argparse import ArgumentParser
@@ -13,6 +14,7 @@ from fivebar.study.speed_accuracy.making import make
 ALL = CHARTS | {
     "geometry": ("tests.benchmarks.routes", CHARTS["geometry"][1]),
     "chip": ("tests.benchmarks.chip", CHARTS["chip"][1]),
+    "least-time": ("tests.benchmarks.drawings", "timed drawings: gap against time, and toppra"),
     "simulators": ("tests.benchmarks.simulators.chart", "the same motion in five other programs"),
 }
 
