@@ -40,3 +40,16 @@ def test_every_bar_is_made_here():
         path.name for path in package.rglob("*.py") if "tqdm" in path.read_text(encoding="utf-8")
     ]
     assert users == ["progress.py"]
+
+
+def test_a_simulation_has_a_bar_after_two_seconds(monkeypatch):
+    asked = []
+
+    def bar(periods, **options):
+        asked.append((len(periods), options["delay"]))
+        return periods
+
+    monkeypatch.setattr("fivebar.simulation.simulate.progress", bar)
+    robot, line = fivebar.FiveBar(), fivebar.line((0.09, 0.068), (0.085, 0.072), 0.2)
+    fivebar.simulate(robot, fivebar.ComputedTorque(robot, 100.0, 20.0), line, control_period=0.01)
+    assert asked == [(20, 2)]

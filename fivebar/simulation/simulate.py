@@ -13,6 +13,7 @@ from scipy.integrate import cumulative_simpson
 
 from ..base.checks import a_callable, bounded, instance, optional, positive, shown
 from ..base.errors import SingularityError, UnreachableError
+from ..base.progress import progress
 from ..base.robot_uses import takes_robot
 from ..control.laws import unstable_gains
 from ..models.charts import CHARTS
@@ -167,8 +168,9 @@ def simulate(
 def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
     t = np.arange(grid.steps + 1) * grid.step
     torques = []
+    periods = range(0, grid.steps, grid.block)
     try:
-        for k in range(0, grid.steps, grid.block):
+        for k in progress(periods, desc="simulate", unit=" periods", delay=2, leave=False):
             torque = loop.torque(k * grid.step, *plant.joints)
             end = min(k + grid.block, grid.steps)
             # Back EMF limits a motor at all times, not only when the controller is called.
