@@ -21,7 +21,6 @@ from .prediction import CHART, JOINTS, RATES, SIZE, sample
 LOST = 0.1
 EXACT = (1e-6, 1e-4)  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
 MEASURED = JOINTS + RATES
-CLOSED = 1e-8  # of a bar: deviation of the loop's gap, and a second of its rate
 
 
 class Estimator:
@@ -131,11 +130,11 @@ def _filter(robot, period, noise, torques):
     innovation = ca.vertcat(robot.joint_difference(innovation[:2]), innovation[2:])
     variances = [q_noise**2] * 2 + [rate_noise**2] * 2
     # The loop is closed, which the slopes A do not know: without this, the distal bars' variances
-    # grow for ever.
+    # grow for ever. It is linear to what the joints are known to: a tighter one misleads.
     slope = ca.vertcat(ca.SX.eye(SIZE)[MEASURED, :], _closure(robot)(predicted))
     slope = ca.horzcat(slope, ca.SX(8, 2))
     innovation = ca.vertcat(innovation, ca.SX(4, 1))
-    variances += [(CLOSED * min(robot.distal)) ** 2] * 4
+    variances += [(q_noise * min(robot.distal)) ** 2] * 4
     correction = ca.SX(SIZE + 2, 1)
     for k, variance in enumerate(variances):
         # One scalar at a time: no matrix to invert.
