@@ -65,7 +65,7 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
 
 def test_a_leap_of_the_simulated_error_or_torque_is_said_with_its_place(capsys):
     t = np.linspace(0.0, 1.0, 101)
-    motion = SimpleNamespace(tau=lambda t: np.full((len(t), 2), 0.04))
+    motion = SimpleNamespace(torques=lambda t: np.full((len(t), 2), 0.04))
     xi = np.stack([0.1 * t, 0.1 + 0 * t], axis=1)
     tau, off = np.full((101, 2), -0.05), np.full(101, 1e-6)
     run = SimpleNamespace(t=t, drawn_ref=xi, tau=tau)
