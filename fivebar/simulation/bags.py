@@ -77,6 +77,8 @@ def read_bag(
     ImportError
         The package rosbags is not installed.
     """
+    if len(joints) != 2:
+        raise ValueError(f"joints must be the names of the left and the right one, not {joints!r}")
     highlevel, rosbag2, types = _rosbags()
     name = str(path)
     place = Path(path).parent if Path(path).suffix == ".db3" else Path(path)

@@ -45,6 +45,8 @@ MEASURED = fb.measurement_poses(ROBOT, 8, criterion="D")
 POINTS = dict(zip(("q1", "q2", "x", "y"), (*MEASURED.q.T, *MEASURED.xi.T)))
 CALIBRATED = fb.calibrate(ROBOT, POINTS)
 LOG = fb.simulate(ROBOT, CONTROLLER, fb.circle((0.06, 0.09), 0.02, 0.5), duration=0.5, step=2e-3)
+BAG = FOLDER / "bag"
+LOG.to_bag(BAG)
 LOG = {"t": LOG.t, "q": LOG.q, "tau": LOG.tau}
 ASPECT = fb.aspect(ROBOT, 1)
 KEEP = fb.Constraints(half_planes=[(0, 1, 0)])
@@ -442,7 +444,7 @@ CASES = {
     "polynomial": Case(fb.polynomial, dict(conditions=[(0.0, {0: HOME}), (1.0, {0: (0.0, 0.1)})])),
     "from_csv": Case(
         fb.from_csv,
-        dict(path=CSV, smoothing=0.0, kind="spline", deviation=None, units=()),
+        dict(path=CSV, smoothing=0.0, kind="spline", deviation=None, units=(), columns=()),
         words=WORDS_OF_FILES,
         options={"kind": ["polyline"], "deviation": [1e-4], "units": [["mm"], {"t": "ms"}]},
     ),
@@ -454,7 +456,9 @@ CASES = {
             curvature=False,
             placement=None,
             units=None,
+            columns=None,
             kind=None,
+            pen_values=None,
         ),
         words=(*WORDS_OF_FILES, "points", "nothing is drawn", "stroke"),
         options={"points_or_file": [CSV]},
@@ -628,6 +632,20 @@ CASES = {
     ),
     "compare": Case(fb.compare, dict(runs={"one": RUN})),
     # logs
+    "from_bag": Case(
+        fb.from_bag,
+        dict(
+            path=BAG,
+            topic=None,
+            joints=("left_motor", "right_motor"),
+            robot=ROBOT,
+            assembly=None,
+            gear_ratio=1.0,
+            offset=(0.0, 0.0),
+            torque_constant=None,
+        ),
+        words=("is no bag that can be read", "no messages sensor_msgs/JointState"),
+    ),
     "from_log": Case(
         fb.from_log,
         dict(
@@ -639,6 +657,7 @@ CASES = {
             robot=ROBOT,
             assembly=None,
             units=None,
+            columns=None,
             counts_per_turn=None,
             gear_ratio=1.0,
             offset=(0.0, 0.0),
@@ -663,6 +682,7 @@ CASES = {
             cutoff=None,
             consistent=False,
             units=None,
+            columns=None,
             counts_per_turn=None,
             gear_ratio=1.0,
             offset=(0.0, 0.0),
@@ -724,6 +744,7 @@ CASES = {
             robot=ROBOT,
             data=POINTS,
             unknown=("l11", "d"),
+            tool=None,
             start={"offset1": 0.0},
             sigma=1e-5,
             weights=None,
@@ -732,6 +753,7 @@ CASES = {
             loss="linear",
             mistakes="raise",
             units=("rad",),
+            columns=(),
         ),
         10.0,
         words=(
@@ -776,6 +798,7 @@ CASES = {
             robot=ROBOT,
             n=5,
             unknown=("l11", "l12"),
+            tool=None,
             criterion="D",
             margin=0.3,
             working=[(-1, -1)],
@@ -792,6 +815,7 @@ CASES = {
             robot=ROBOT,
             tolerances={"l11": 1e-4},
             poses=HOME,
+            tool=None,
             working=(-1, -1),
             samples=50,
             seed=1,

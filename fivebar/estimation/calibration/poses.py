@@ -11,7 +11,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...base.backend import finite_numbers, real_numbers
-from ...base.checks import number, one_of, positive, shown, strings, whole
+from ...base.checks import instance, number, one_of, optional, positive, shown, strings, whole
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.robot_uses import takes_robot
@@ -96,6 +96,7 @@ class MeasurementPoses(Plotted):
 
 
 @takes_robot(
+    tool=optional(instance(Tool)),
     n=whole(1, 1000),
     unknown=strings,
     criterion=one_of("tip", "D"),

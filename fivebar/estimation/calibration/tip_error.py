@@ -11,7 +11,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ...base.backend import finite_numbers, unpack
-from ...base.checks import not_negative, one_of, shown, whole
+from ...base.checks import instance, not_negative, one_of, optional, shown, whole
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.robot_uses import takes_robot
@@ -114,7 +114,10 @@ class TipError(Plotted):
 
 
 @takes_robot(
-    samples=whole(10, 1_000_000), seed=whole(0, 2**63), distribution=one_of("normal", "uniform")
+    tool=optional(instance(Tool)),
+    samples=whole(10, 1_000_000),
+    seed=whole(0, 2**63),
+    distribution=one_of("normal", "uniform"),
 )
 def tip_error(
     robot: FiveBar,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy import ndarray
 
-from ...base.checks import modes
+from ...base.checks import instance, modes, optional, strings, takes
 from ...base.robot_uses import robot_for
 from ...base.tables import FilePath
 from ...models.dynamics import energy
@@ -107,6 +107,7 @@ def from_log(
     return _run_of(read_log(source, own, gauges), own, assembly)
 
 
+@takes(path=instance(str, PathLike), topic=optional(instance(str)), joints=strings)
 def from_bag(
     path: FilePath,
     topic: str | None = None,
