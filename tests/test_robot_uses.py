@@ -145,7 +145,7 @@ def answer(user, row=None):
 PAIRS = [(user, row) for user in LINES for row in sorted(OF_FILES)]
 
 
-@pytest.mark.every(5)
+@pytest.mark.every(20)
 @pytest.mark.parametrize("user, row", PAIRS)
 def test_what_a_file_says_has_an_effect_or_is_refused_or_left_out_by_name(user, row, tmp_path):
     use = USES[user]

@@ -52,7 +52,7 @@ class Use(NamedTuple):
     def words(self, user: str) -> str:
         """Return in words what the command or function makes of a robot's file."""
         names = uses()[0]
-        parts = [f"of a robot's file {user} uses {', '.join(names[row] for row in self.used)}"]
+        parts = [f"Of a robot's file {user} uses {', '.join(names[row] for row in self.used)}"]
         if self.kept:
             parts.append(f"keeps {', '.join(names[row] for row in self.kept)}")
         if self.left_out:

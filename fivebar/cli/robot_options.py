@@ -4,10 +4,10 @@ from argparse import SUPPRESS
 from dataclasses import fields, replace
 from warnings import catch_warnings, simplefilter
 
-from ..base.errors import UsageError
 from ..base.robot_uses import uses
 from ..models.named_robots import ROBOTS
 from ..models.parameter_units import parameter_in_si
+from ..models.parameters import refuse_unknown
 from ..models.robot_files import read_robot
 from ..models.robots import KINDS
 from .options import add_options, print_notes, usage_errors, used_options
@@ -68,12 +68,9 @@ def chosen_machine(arguments, user=""):
         read = read_robot(arguments.robot)
         machine = machine_of(read)
         robot = machine.robot
-        title, known = robot.words.title, [field.name for field in fields(robot)]
+        title = robot.words.title
+        refuse_unknown(f"a {title}", values, [field.name for field in fields(robot)])
         for name in values:
-            if name not in known:
-                raise UsageError(
-                    f"--{name}: {arguments.robot} is a {title}, with {', '.join(known)}"
-                )
             if name != "gravity":
                 values[name] = parameter_in_si(values[name], name, robot.turns)
         with catch_warnings():

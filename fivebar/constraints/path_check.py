@@ -118,7 +118,9 @@ def check_path(
 
     Parameters
     ----------
-    robot : FiveBar or Biglide
+    robot : FiveBar, Biglide or Machine
+        Of a Machine, or of the name or file of one, the path is that of its tool in its measuring
+        frame, and its constraints on poses are checked, too.
     path : callable
         t (n,) s -> (xi, xi_dot, xi_ddot), each (n, 2), from path.start (default 0) for
         path.duration s.

@@ -124,7 +124,9 @@ def place(
 
     Parameters
     ----------
-    robot : FiveBar
+    robot : FiveBar or Machine
+        Of a Machine, or of the name or file of one, tool and constraints hold; the placement is in
+        the robot's own frame.
     path : Path, optional
         A path that passes Type 2 with the pen down has no clearance there: place it by hand.
     page : (2,), optional

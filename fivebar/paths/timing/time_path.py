@@ -61,7 +61,10 @@ def time_path(
 
     Parameters
     ----------
-    robot : FiveBar or Biglide
+    robot : FiveBar, Biglide or Machine
+        Of a Machine, or of the name or file of one, the path is that of its tool in its measuring
+        frame, and its constraints hold where the call names no others. The motion is that of joint
+        C in the robot's own frame.
     path : Path
         It may cross Type 2. Of a tool's path, speed, acceleration and jerk are those of the tool.
         The motion rests at both ends, where the direction or the pen changes,
