@@ -85,7 +85,7 @@ def _plan(arguments):
         _check_for_tool(arguments)
     limits = {LIMITS[option]: value for option, value in used_options(arguments, *LIMITS).items()}
     if arguments.working:
-        limits.setdefault("sin", LEAST_SIN)
+        limits.setdefault("sin", machine.constraints.sin or LEAST_SIN)
     if arguments.workspace:
         x0, x1, y0, y1 = arguments.workspace
         limits["region"] = machine.frame.inverse([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
