@@ -74,6 +74,7 @@ LINES = {
     "plan": f"plan {LINE} --working 1 -1 --json --out plan",
     "draw": "draw line.csv --rate 50 --period 0.05 --json --out draw",
     "map": "map --nodes 5 --fits 0.03 0.02 --json",
+    "map --load": "map --load 0 -3 --nodes 5 --json",
     "play": "play --xi 0.02 0.14 --working 1 -1",
     "calibrate": "calibrate points.csv --json --out calibrate --unknown l11",
     "identify": "identify log.csv --json --out identify",
@@ -142,7 +143,9 @@ def answer(user, row=None):
     return code, {"": VARIES.sub("", out.getvalue()), **written}, err.getvalue()
 
 
+# Masses have a weight under gravity alone: there `test_feasible` finds it.
 PAIRS = [(user, row) for user in LINES for row in sorted(OF_FILES)]
+PAIRS.remove(("map --load", "masses"))
 
 
 @pytest.mark.every(20)

@@ -1,11 +1,14 @@
-"""`fivebar map`: the singularity map, the aspects, and the crossings of a path."""
+"""`fivebar map`: singularities, aspects, what constraints leave of them, crossings of a path."""
 
 from __future__ import annotations
 
 import sys
 from argparse import _SubParsersAction
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from ..base.errors import UsageError
 from ..base.tables import saved
@@ -30,10 +33,12 @@ OPTIONS = TABLE | {
     "--field MARGIN": ("parallel", f"one of {', '.join(FIELDS)}"),
     "--window X0 X1 Y0 Y1": "m, or in joint space rad (biglide: m)",
     "--nodes N": (401, "nodes of the grid on each side"),
-    "--det-A NUMBER": "show dexterous regions with at least this |det A|",
-    "--sin SINE": "show dexterous regions with at least this |sin q_i2|",
-    "--fits X Y": "whether an upright board of this size, m, fits in an aspect, and the largest of"
-    " its shape",
+    "--det-A NUMBER": "show the regions with at least this |det A|",
+    "--sin SINE": "show the regions with at least this |sin q_i2|",
+    "--load FX FY": "show where the motors hold this force on the end-effector or tool at rest",
+    "--torque-limit NM": "of either motor, for the load",
+    "--fits X Y": "whether an upright board of this size, m, fits in an aspect or region, and the"
+    " largest of its shape",
     "--path PATH.csv": "a path t (s), x, y (m) to draw and to check",
     "--units UNIT ...": "units of the path's columns, as mm or t=ms x=mm",
     "--out FILE": (Path("map.png"), "PNG, SVG or PDF"),
@@ -52,33 +57,34 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _map(arguments):
-    import numpy as np
-
+    from ..constraints.constraints import Constraints
     from ..constraints.path_check import check_path
+    from ..paths.placing.tool_regions import tool_regions
     from ..singularities.aspects import aspects
-    from ..singularities.dexterous import dexterous
     from ..visualization.pages.linked import map_page
     from ..visualization.plot.graph import aspect_graph
     from ..visualization.plot.maps import singularity_map as picture
     from ..visualization.plot.panels import in_frame
 
-    machine = chosen_machine(arguments)
-    robot = machine.robot
+    machine = chosen_machine(arguments, "map --load" if arguments.load else "")
+    robot, tool = machine.robot, machine.tool
     check_ending("--data", arguments.data, (".csv", ".npz"))
     check_ending("--out", arguments.out)
     check_ending("--graph", arguments.graph)
-    if machine.tool is not None:
-        _map_of_tool(arguments, machine)
-        return
+    if tool is not None and (arguments.path or arguments.graph):
+        words = "of joint C: take the table tool out of the robot's file"
+        raise UsageError(f"--path and --graph are {words}")
     levels = used_options(arguments, "det_A", "sin")
     if arguments.fits is not None and not (robot.turns and min(arguments.fits) > 0):
         raise UsageError("--fits takes two sizes > 0, m, of a board for a five-bar")
-    if arguments.space == "joint" and (levels or arguments.path):
-        raise UsageError("--path, --det-A and --sin are of task space only")
+    if arguments.space == "joint" and (levels or arguments.path or arguments.load):
+        raise UsageError("--path, --load, --det-A and --sin are of task space only")
     regions = path = points = None
     with usage_errors():
-        if levels:
-            regions = dexterous(robot, **levels)
+        if arguments.space == "task":
+            regions = _feasible(
+                machine, replace(machine.on_poses, **levels), _load(arguments, machine)
+            )
         if arguments.path:
             path = from_csv(arguments.path, units=arguments.units, columns=arguments.columns)
             path = machine.frame.inverse(path)
@@ -87,8 +93,10 @@ def _map(arguments):
         if window and arguments.space == "task":
             corners = machine.frame.inverse([(x, y) for x in window[:2] for y in window[2:]])
             window = np.transpose([corners.min(axis=0), corners.max(axis=0)]).ravel()
-        data = singularity_map(robot, arguments.field, arguments.space, window, shape)
-    parts = aspects(robot) if robot.turns else None
+        data = singularity_map(robot, arguments.field, arguments.space, window, shape, tool)
+    parts = None
+    if robot.turns:
+        parts = aspects(robot) if tool is None else tool_regions(tool, robot)
     checks = []
     if path:
         print_notes(arguments.path, path.notes)
@@ -103,11 +111,16 @@ def _map(arguments):
         write(arguments.data)
     if arguments.page:
         map_page(data, arguments.page, along=points, regions=regions)
-    board = None if arguments.fits is None else _board(machine, parts, arguments.fits)
+    result = _as_json(machine, parts, checks)
+    margin = Constraints(clearance=machine.constraints.clearance)
+    if regions is not None:
+        result["regions"] = _parts_as_json(machine, regions)
+        result |= _largest(machine, regions, margin)
+    if arguments.fits is not None:
+        places = parts if regions is None else regions
+        result["board"] = _board(machine, places, margin, arguments.fits)
     if arguments.json:
-        result = {"frame": arguments.frame}
-        result |= _as_json(machine, parts, checks, regions, levels)
-        print_json(result if board is None else result | {"board": board})
+        print_json({"frame": arguments.frame} | result)
         return
     print_table(arguments.frame_row)
     if machine.moves_points and (arguments.data or arguments.page):
@@ -118,84 +131,136 @@ def _map(arguments):
         _print_regions("aspect", parts)
     if regions is not None:
         _print_regions("region", regions)
-    if board is not None:
-        width, height = (1e3 * size for size in board["rectangle_m"])
-        verb = "fits" if board["fits"] else "does not fit"
-        x, y = (1e3 * size for size in arguments.fits)
-        left, below = (1e3 * size for size in board["corner_m"])
-        angle = np.rad2deg(board["turned_rad"])
-        turned = f", turned by {angle:.4g}° as the robot" if angle else ""
-        print(
-            f"a board of {x:.4g} x {y:.4g} mm {verb}: the largest of its shape is {width:.4g} x"
-            f" {height:.4g} mm, scale {board['scale']:.4g}, in aspect {board['aspect']}, its lower"
-            f" left corner at ({left:.4g}, {below:.4g}) mm{turned}"
-        )
+    _print_largest(result, arguments.fits)
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
     print_files(used_options(arguments, "out", "graph", "data", "page").values())
 
 
-def _board(machine, parts, size):
-    """Return the aspect that holds a board of this shape (2,) m largest."""
+def _load(arguments, machine):
+    """Return the Load that the motors are to hold, or None."""
+    from ..constraints.constraints import Constraints
+    from ..constraints.load import Load
+
+    if arguments.load is None:
+        return None
+    torque = arguments.torque_limit or machine.constraints.torque
+    if torque is None:
+        words = "give --torque-limit, or torque or motors in the constraints of the robot's file"
+        raise UsageError(f"--load needs the motors' torque: {words}")
+    both = Constraints(torque=torque).torque
+    of_tool = {} if machine.tool is None else {"jacobian": machine.tool.jacobian}
+    force = complex(*arguments.load) * np.exp(-1j * machine.frame.turn)
+    return Load((force.real, force.imag), both, **of_tool)
+
+
+def _feasible(machine, kept, load):
+    """Return the numbered parts of all aspects in which constraints hold; None without any."""
+    from ..base.progress import progress
+    from ..constraints.disc import bounded_by
+    from ..constraints.feasible import feasible_parts
+    from ..paths.placing.tool_regions import tool_regions
+    from ..singularities.aspects import aspects, numbered
+    from ..singularities.dexterous import dexterous
+
+    robot = machine.robot
+    if not kept.named and load is None:
+        return None
+    if machine.tool is not None:
+        bases = tool_regions(machine.tool, robot, None, kept, load)
+    elif set(kept.named) <= {"det_A", "sin"} and load is None or not robot.turns:
+        return dexterous(robot, kept.det_A, kept.sin)
+    else:
+        bases = aspects(robot)
+    found = []
+    for base in progress(bases, desc="regions", delay=2, leave=False):
+        found += feasible_parts(bounded_by(base, kept, load) if machine.tool is None else base)
+    return numbered(found)
+
+
+def _largest(machine, regions, margin):
+    """Return the largest disc in all regions, and the largest rectangle in its region."""
+    from ..base.progress import progress
+    from ..constraints.disc import largest_disc
+    from ..constraints.rectangle import largest_rectangle
+
+    discs = []
+    for region in progress(regions, desc="discs", delay=2, leave=False):
+        with suppress(ValueError):  # none keeps the clearance there
+            disc = largest_disc(region, margin)
+            discs.append((disc.radius, region.number, disc))
+    if not discs:
+        return {"largest_disc": None, "largest_rectangle": None}
+    radius, number, disc = max(discs)
+    center = machine.frame(disc.center).tolist()
+    found = {"region": number, "center_m": center, "radius_m": radius * machine.frame.scale}
+    own = None
+    with suppress(ValueError):
+        own = _placed(machine, largest_rectangle(regions[number - 1], margin))
+    return {"largest_disc": found, "largest_rectangle": own}
+
+
+def _placed(machine, rectangle):
+    """Return a rectangle's sides and its lower left corner, in the frame of the command."""
+    sides = rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min
+    return {
+        "rectangle_m": [side * machine.frame.scale for side in sides],
+        "corner_m": machine.frame((rectangle.x_min, rectangle.y_min)).tolist(),
+        "turned_rad": machine.frame.turn,
+    }
+
+
+def _board(machine, parts, margin, size):
+    """Return the aspect or region that holds a board of this shape (2,) m largest."""
     from ..constraints.rectangle import largest_rectangle
 
     found = []
     for part in parts:
         with suppress(ValueError):  # no rectangle of that shape is found there
-            rectangle = largest_rectangle(part, machine.constraints, size[0] / size[1])
+            rectangle = largest_rectangle(part, margin, size[0] / size[1])
             scale = (rectangle.x_max - rectangle.x_min) / size[0]
             found.append((round(scale, 6), -part.number, scale, rectangle))
     if not found:
         raise ValueError("no aspect holds a board of this shape")
     _, number, scale, rectangle = max(found)
-    return {
-        "fits": scale >= 1,
-        "scale": scale,
-        "rectangle_m": [scale * side for side in size],
-        "corner_m": machine.frame((rectangle.x_min, rectangle.y_min)).tolist(),
-        "turned_rad": machine.frame.turn,
-        "aspect": -number,
-    }
+    own = _placed(machine, rectangle)
+    return {"fits": scale >= 1, "scale": scale, "aspect": -number} | own
 
 
-def _map_of_tool(arguments, machine):
-    """Draw and list where the machine's tool goes."""
-    from ..paths.placing.tool_regions import tool_regions
-    from ..visualization.plot.panels import in_frame
-    from ..visualization.plot.tools import tool_map
-
-    options = "det_A", "sin", "path", "fits", "window", "data", "page", "graph"
-    if used := used_options(arguments, *options):
-        option = next(iter(used)).replace("_", "-")
-        words = "the map of a tool has no such option: take the table tool out of the robot's file"
-        raise UsageError(f"--{option}: {words}")
-    saved(in_frame(tool_map(machine.tool, machine.robot), machine.frame), arguments.out)
-    regions = tool_regions(machine.tool, machine.robot)
-    if arguments.json:
-        print_json(
-            {"frame": arguments.frame, "tool": [_region_as_json(region) for region in regions]}
+def _print_largest(result, size):
+    """Print the largest disc and rectangle, and whether a board of a size fits."""
+    if disc := result.get("largest_disc"):
+        x, y = (1e3 * value for value in disc["center_m"])
+        radius = f"radius {1e3 * disc['radius_m']:.4f} mm"
+        print(f"largest disc: {radius} about ({x:.4g}, {y:.4g}) mm, in region {disc['region']}")
+    if rectangle := result.get("largest_rectangle"):
+        print(f"largest rectangle in it: {_rectangle_words(rectangle)}")
+    if board := result.get("board"):
+        verb = "fits" if board["fits"] else "does not fit"
+        x, y = (1e3 * side for side in size)
+        where = f"scale {board['scale']:.4g}, in aspect {board['aspect']}"
+        print(
+            f"a board of {x:.4g} x {y:.4g} mm {verb}: the largest of its shape is"
+            f" {_rectangle_words(board)}, {where}"
         )
-        return
-    print_table(arguments.frame_row)
-    _print_regions("region", regions)
-    print_files([arguments.out])
 
 
-def _region_as_json(region):
-    return {
-        "number": region.number,
-        "working": region.working,
-        "assembly": region.assembly,
-        "area_m2": region.area,
-    }
+def _rectangle_words(rectangle):
+    width, height = (1e3 * side for side in rectangle["rectangle_m"])
+    left, below = (1e3 * value for value in rectangle["corner_m"])
+    angle = np.rad2deg(rectangle["turned_rad"])
+    turned = f", turned by {angle:.4g}° as the robot" if angle else ""
+    corner = f"its lower left corner at ({left:.4g}, {below:.4g}) mm{turned}"
+    return f"{width:.4g} x {height:.4g} mm, {corner}"
 
 
 def _print_regions(name, regions):
     print(f"{name}  working  assembly    area (mm²)")
     for region in regions:
         working, assembly = _signs(region.working), _signs((region.assembly,))
-        area = 1e6 * region.area
-        print(f"{region.number:>6}  {working:>7}  {assembly:>8}  {area:>12.4f}")
+        error = 1e6 * getattr(region, "area_error", 0.0)
+        area = f"{1e6 * region.area:>12.4f}" + (f" ± {error:.2g}" if error else "")
+        print(f"{region.number:>6}  {working:>7}  {assembly:>8}  {area}")
     if not regions:
         print("no pose keeps these margins", file=sys.stderr)
 
@@ -223,13 +288,14 @@ def _parts_as_json(machine, parts):
             "working": part.working,
             "assembly": part.assembly,
             "area_m2": part.area,
+            "area_error_m2": getattr(part, "area_error", 0.0),
             "point_m": machine.frame(part.point).tolist(),
         }
         for part in parts
     ]
 
 
-def _as_json(machine, parts, checks, regions, levels):
+def _as_json(machine, parts, checks):
     paths = [
         dict(
             working=mode,
@@ -245,10 +311,8 @@ def _as_json(machine, parts, checks, regions, levels):
         )
         for mode, check in checks
     ]
-    result = {"aspects": None if parts is None else _parts_as_json(machine, parts), "path": paths}
-    if regions is not None:
-        result["dexterous"] = levels | {"regions": _parts_as_json(machine, regions)}
-    return result
+    listed = None if parts is None else _parts_as_json(machine, parts)
+    return {"aspects": listed, "path": paths}
 
 
 def _signs(modes):

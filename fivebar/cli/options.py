@@ -24,6 +24,7 @@ NUMBERS: dict[str, tuple[Mapping[str, float], str]] = {
     "S": (units.SECONDS, "s"),
     "RAD": (units.RADIANS, "rad"),
     "DEG": (units.RADIANS, "deg"),
+    **dict.fromkeys(("FX", "FY"), (units.NEWTONS, "N")),
     "NM": (units.NEWTON_METRES, "N m"),
     "M/S": (units.SPEEDS, "m/s"),
     "M/S2": (units.ACCELERATIONS, "m/s²"),

@@ -3,31 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache, partial
 
 import numpy as np
 
 from ..models.geometry import task_pose
 from ..models.robots import FiveBar
+from ..singularities.aspects import Aspect
 from ..singularities.leg_circles import LegCircles, size_of
 from ..singularities.level_curves import LevelCurves
 from ..singularities.locus import Locus, divided, pairs, pieces_of
 from ..singularities.margins import Singularity
 from ..singularities.regions import LocusArc
 from .constraints import Constraints
+from .load import Load
 
 GRID = 301  # nodes a side of the grid on which curves along which links touch are traced
 STEPS = 40  # of bisection: 2^-40 of a chord is rounding error
-TRACED = "bars touch"
+TRACED = "traced"  # the kind of these curves
 OFF = 1e-8  # share of the size at which both sides of an exact boundary are sampled
 
 
+@lru_cache(maxsize=8)  # the aspects of a mode have them in common
 def boundaries(
-    robot: FiveBar, working: tuple[int, int], constraints: Constraints
-) -> list[LocusArc]:
+    robot: FiveBar, working: tuple[int, int], constraints: Constraints, load: Load | None = None
+) -> tuple[LocusArc, ...]:
     """Return the curves across which a constraint may begin to be violated.
 
-    Lines, circles and coupler curves are exact. Curves along which links touch are traced on a
-    grid, and each of their points is moved onto the curve by bisection.
+    Lines, circles and coupler curves are exact. Curves along which links touch, or a load takes all
+    torque, are traced on a grid, and each of their points is moved onto the curve by bisection.
     """
     curves = list(_of_lines(robot, constraints))
     curves += _of_joints(robot, working, constraints)
@@ -37,17 +41,23 @@ def boundaries(
             curves += circles.pieces
         if constraints.det_A:
             curves += LevelCurves(robot, constraints.det_A, circles).pieces(working)
-    if constraints.collisions:
-        curves += _of_bars(robot, working, constraints)
+    if constraints.collisions or load is not None:
+        curves += _traced(robot, working, constraints.collisions, load)
     arcs = []
     for curve in curves:
         if len(curve.points) > 1:
             arcs.append(LocusArc(curve, *curve.interval))
-    return arcs
+    return tuple(arcs)
 
 
-def facing(arcs: Iterable[LocusArc], allowed: Callable, size: float) -> list[LocusArc]:
-    """Return the parts of arcs with allowed points on one side only, directed to have it left."""
+def facing(
+    arcs: Iterable[LocusArc], allowed: Callable, size: float, right: Callable | None = None
+) -> list[LocusArc]:
+    """Return the parts of arcs with allowed points on one side only, directed to have it left.
+
+    right: what is allowed on the right side, where that is another function.
+    """
+    both = allowed, right or allowed
     parts = []
     for arc in arcs:
         # The chords of a traced curve are that far off it at most.
@@ -58,14 +68,14 @@ def facing(arcs: Iterable[LocusArc], allowed: Callable, size: float) -> list[Loc
         chords = np.abs(np.diff(arc.z))
         counts = np.ceil(chords / (0.002 * size))
         s = divided(arc.s, np.maximum(counts, 1).astype(int))
-        state = _sides(arc, s, off, allowed)
+        state = _sides(arc, s, off, *both)
         changes = (state[1:] != state[:-1]).any(axis=1)
         k = np.flatnonzero(changes)
         low = s[k]
         high = s[k + 1]
         for _ in range(STEPS if len(k) else 0):
             middle = (low + high) / 2
-            there = _sides(arc, middle, off, allowed)
+            there = _sides(arc, middle, off, *both)
             same = (there == state[k]).all(axis=1)
             low = np.where(same, middle, low)
             high = np.where(same, high, middle)
@@ -82,19 +92,22 @@ def facing(arcs: Iterable[LocusArc], allowed: Callable, size: float) -> list[Loc
     return parts
 
 
-def _sides(arc, s, off, allowed):
+def _sides(arc, s, off, left, right):
     """Return whether the points on the left and on the right of an arc are allowed, (n, 2)."""
     z, tangent = arc.curve(s)
     across = off * 1j * tangent / np.abs(tangent)
-    return np.stack([allowed(z + across), allowed(z - across)], axis=-1)
+    return np.stack([left(z + across), right(z - across)], axis=-1)
 
 
-def satisfied_at(robot: FiveBar, working: tuple[int, int], constraints: Constraints) -> Callable:
-    """Return a function of complex points (n,): whether all constraints hold there, bool (n,)."""
+def satisfied_at(aspect: Aspect, constraints: Constraints, load: Load | None = None) -> Callable:
+    """Return a function of complex points (n,): whether all constraints hold there, in the
+    aspect's modes, bool (n,).
+    """
 
     def satisfied(z):
-        pose = task_pose(robot, (z.real, z.imag), working)
-        return np.atleast_1d(constraints.satisfied(pose))
+        pose = task_pose(aspect.robot, (z.real, z.imag), aspect.working)
+        holds = np.atleast_1d(constraints.satisfied(pose)) & (pose.det_A * aspect.assembly < 0)
+        return holds if load is None else holds & load.satisfied(pose)
 
     return satisfied
 
@@ -105,14 +118,16 @@ def _of_lines(robot, constraints) -> Iterator[Locus]:
         foot = c * complex(a, b)
         if abs(foot) < reach:
             half = reach * complex(-b, a)
-            yield _line(foot - half, foot + half)
+            yield line_of(foot - half, foot + half)
     if constraints.region:
         corners = np.array(constraints.region) @ (1, 1j)
         ends = np.roll(corners, -1)
-        yield from map(_line, corners, ends)
+        yield from map(line_of, corners, ends)
 
 
-def _line(a, b):
+def line_of(a: complex, b: complex) -> Locus:
+    """Return the line from a to b."""
+
     def curve(s):
         way = complex(b - a)
         return a + s * way, np.full(np.shape(s), way)
@@ -140,7 +155,8 @@ def _of_joints(robot, working, constraints) -> Iterator[Locus]:
             yield from pieces_of(curve, np.sort(span), [label], size_of(robot))
 
 
-def _of_bars(robot, working, constraints) -> list[Locus]:
+def _traced(robot, working, collisions, load) -> list[Locus]:
+    """Return the curves on which the least clearance of links, or a load's margin, is 0."""
     from contourpy import LineType, contour_generator  # comes with matplotlib
 
     left = robot.l11 + robot.l12
@@ -152,20 +168,20 @@ def _of_bars(robot, working, constraints) -> list[Locus]:
     x = np.linspace(low, high, GRID)
     y = np.linspace(-top, top, GRID)
 
-    def clearances(z):
-        return constraints.collisions.clearances(task_pose(robot, (z.real, z.imag), working))
+    def least(z, assembly):
+        pose = task_pose(robot, (z.real, z.imag), working)
+        margins = list(collisions.clearances(pose).values()) if collisions else []
+        if load is not None:
+            margins.append(load.margin(pose, assembly))
+        return np.min(margins, axis=0)
 
     curves = []
-    for name, values in clearances(x + 1j * y[:, None]).items():
-        known = np.ma.masked_invalid(values)
-        lines = contour_generator(x, y, known, line_type=LineType.Separate).lines(0.0)
-
-        def clearance(z, name=name):
-            return clearances(z)[name]
-
-        for line in lines:
+    for assembly in (0,) if load is None else (1, -1):
+        margin = partial(least, assembly=assembly)
+        known = np.ma.masked_invalid(margin(x + 1j * y[:, None]))
+        for line in contour_generator(x, y, known, line_type=LineType.Separate).lines(0.0):
             z = np.asarray(line) @ (1, 1j)
-            points, sound = _put(clearance, z, 1j * np.gradient(z))
+            points, sound = _put(margin, z, 1j * np.gradient(z))
             # At the limit of reach a contour ends somewhere in its cell.
             breaks = np.flatnonzero(~sound)
             for part in np.split(np.arange(len(z)), breaks):

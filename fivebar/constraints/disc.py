@@ -17,8 +17,9 @@ import numpy as np
 from ..base.checks import instance, takes
 from ..singularities.aspects import Aspect, as_kind
 from ..singularities.regions import LocusArc, points_of_largest_clearance
-from .boundaries import boundaries, satisfied_at
+from .boundaries import TRACED, boundaries, satisfied_at
 from .constraints import ON_POSES, Constraints, kept_by
+from .load import Load
 
 # Candidates of the search that are solved for exactly, as far as their samples promise more than
 # the best one found. Along a thin aspect there are many.
@@ -37,19 +38,22 @@ class Disc:
 class BoundedAspect(Aspect):
     """An aspect in which constraints hold only in a part.
 
-    walls: arcs across which a constraint is violated; allowed: a function that tells where none is.
+    walls: arcs across which a constraint is violated; allowed: a function that tells where none is;
+    area_error: by how much the area, m^2, may be wrong.
     """
 
     walls: tuple = ()
     allowed: Callable | None = None
+    area_error: float = 0.0
 
 
-def bounded_by(aspect: Aspect, constraints: Constraints | None) -> Aspect:
-    """Return the aspect with the boundaries of the constraints on poses in it."""
-    if constraints is None or not set(constraints.named) & set(ON_POSES):
+def bounded_by(aspect: Aspect, constraints: Constraints | None, load: Load | None = None) -> Aspect:
+    """Return the aspect with the boundaries of the constraints on poses in it, and of a load."""
+    constraints = constraints or Constraints()
+    if load is None and not set(constraints.named) & set(ON_POSES):
         return aspect
-    place = aspect.robot, aspect.working, constraints
-    return as_kind(BoundedAspect, aspect, tuple(boundaries(*place)), satisfied_at(*place))
+    walls = boundaries(aspect.robot, aspect.working, constraints, load)
+    return as_kind(BoundedAspect, aspect, walls, satisfied_at(aspect, constraints, load))
 
 
 @takes(aspect=instance(Aspect), constraints=kept_by("fb.largest_disc"))
@@ -88,7 +92,7 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
     margin = constraints.clearance if constraints else 0.0
     aspect = bounded_by(aspect, constraints)
     center, clearance = farthest_point(aspect)
-    if clearance and constraints and constraints.collisions:
+    if clearance and any(arc.locus.kind == TRACED for arc in arcs_of(aspect)):
         clearance = _largest_kept_radius(aspect, center, clearance)
     if clearance <= margin:
         raise ValueError(too_narrow(aspect, "disc", margin, clearance))

@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,7 @@ class Map(Paged):
 
     space "task": x (nx,), y (ny,) m are the end-effector's; modes: pairs of working modes, one for
     each layer; space "joint": x (nx,), y (ny,) rad (m of a biglide) are q11, q21; modes: assembly
-    modes. values (modes, ny, nx): nan where the robot cannot close.
+    modes. values (modes, ny, nx): nan where the robot cannot close. tool: the Tool there, or None.
     """
 
     robot: Robot
@@ -82,6 +82,7 @@ class Map(Paged):
     y: np.ndarray
     modes: tuple[tuple[int, int], ...] | tuple[int, ...]
     values: np.ndarray
+    tool: Any = None
 
     def __repr__(self) -> str:
         nodes = f"{len(self.x)} x {len(self.y)} nodes"
@@ -117,6 +118,7 @@ class Map(Paged):
             "field": self.field,
             "space": self.space,
             "modes": self.modes,
+            "tool": None if self.tool is None else asdict(self.tool),
         }
 
     def to_csv(self, path: TextFile) -> None:
@@ -148,6 +150,8 @@ class Map(Paged):
             modes = tuple(
                 tuple(mode) if isinstance(mode, list) else mode for mode in about["modes"]
             )
+            if about["tool"]:
+                raise ValueError("the map of a tool is not read back")
             if about["field"] not in FIELDS or values.shape != (len(modes), *y.shape, *x.shape):
                 raise ValueError(
                     f"{about['field']} {values.shape} on a grid of {x.shape} x {y.shape} nodes"
@@ -166,6 +170,7 @@ def singularity_map(
     space: str = "task",
     window: ArrayLike | None = None,
     shape: tuple[int, int] = (401, 401),
+    tool: Any = None,
 ) -> Map:
     """Return a margin on a grid.
 
@@ -184,6 +189,8 @@ def singularity_map(
         along as across them. Of angles at most 100 turns times turns.
     shape : (2,)
         (nx, ny) nodes, the window's borders among them.
+    tool : Tool, optional
+        Then the map is over its places.
 
     Returns
     -------
@@ -203,15 +210,24 @@ def singularity_map(
     """
     modes: Any = MODES if space == "task" else (1, -1)
     nx, ny = _checked_shape(shape, len(modes))
+    close: Callable = task_pose if space == "task" else joint_pose
+    if tool is not None:
+        if space != "task":
+            raise ValueError("singularity_map: a tool has places in task space, not in joint space")
+
+        def close(robot, at, mode):
+            return tool.pose(robot, np.stack(at, axis=-1), mode, unreachable="nan")
+
     if window is None:
-        if space == "task":
+        if tool is not None:
+            window = _tool_window(robot, tool, close)
+        elif space == "task":
             window = workspace_window(robot)
         else:
             window = 2 * _joint_range(robot)
     x_min, x_max, y_min, y_max = _checked_window(window, turns=space == "joint" and robot.turns)
     x = np.linspace(x_min, x_max, nx)
     y = np.linspace(y_min, y_max, ny)
-    close: Callable = task_pose if space == "task" else joint_pose
     pick = FIELDS[field][1]
     values = np.empty((len(modes), ny, nx))
     rows = max(1, BLOCK // nx)
@@ -226,7 +242,7 @@ def singularity_map(
             f"no pose closes at the {nx} x {ny} nodes of this window of the {space} space;"
             f" the end-effector reaches ({extent}) m: x_min, x_max, y_min, y_max"
         )
-    return Map(robot, field, space, x, y, modes, values)
+    return Map(robot, field, space, x, y, modes, values, tool)
 
 
 def turned_into(data: Map, points: np.ndarray) -> Iterator[np.ndarray]:
@@ -266,6 +282,20 @@ def workspace_window(robot: Any, border: float = 0.04) -> tuple[float, float, fl
     high = points.max(axis=0)
     pad = border * max((high - low).max(), 1e-6 * (robot.l11 + robot.l12))
     return low[0] - pad, high[0] + pad, low[1] - pad, high[1] + pad
+
+
+def _tool_window(robot, tool, close):
+    """Return the window of all that a tool reaches, to a hundredth of the robot's reach."""
+    drive = robot.drives[tool.leg - 1]
+    reach = drive.length + robot.distal[tool.leg - 1] + abs(complex(tool.along, tool.across))
+    steps = reach * np.linspace(-1.02, 1.02, 205)
+    at = np.meshgrid(drive.x + steps, drive.y + steps)
+    reached = np.zeros(at[0].shape, bool)
+    for mode in MODES:
+        reached |= np.isfinite(close(robot, at, mode).det_A)
+    ends = [axis[reached] for axis in at] if reached.any() else at
+    pad = 2 * (steps[1] - steps[0])
+    return [end for axis in ends for end in (axis.min() - pad, axis.max() + pad)]
 
 
 def _strip(robot):

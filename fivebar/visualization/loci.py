@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..paths.placing.tool_regions import tool_regions
 from ..singularities.loci import singularity_loci
+from ..singularities.locus import Locus, pairs
 from ..singularities.maps import turned_into
 from .style import TYPE_3, locus_words
 
 if TYPE_CHECKING:
     from ..models.geometry import Pose
+    from ..models.robots import FiveBar
+    from ..paths.tool import Tool
     from ..singularities.maps import Map
 
 
@@ -22,6 +27,11 @@ def map_loci(data: Map) -> Iterator[tuple]:
     As angles they repeat with every turn.
     """
     robot: Any = data.robot
+    if data.tool is not None:
+        for layer, mode in enumerate(data.modes):
+            for piece, points in tool_loci(data.tool, robot, mode):
+                yield locus_words(piece), [layer], points
+        return
     loci = singularity_loci(robot)
     task = data.space == "task"
     ends = (data.y if task else data.x)[[0, -1]]
@@ -41,6 +51,23 @@ def map_loci(data: Map) -> Iterator[tuple]:
         repeats = turned_into(data, points) if not task and data.robot.turns else [points]
         for repeat in repeats:
             yield words, layers, repeat
+
+
+def tool_loci(
+    tool: Tool, robot: FiveBar, working: tuple[int, int]
+) -> Iterator[tuple[Locus, np.ndarray]]:
+    """Yield the borders (locus, points (n, 2)) of the regions that a tool sees in these modes.
+
+    Where the tool folds over its bar is Type 1, too. A border of two regions comes once, so that
+    its dashes stay apart.
+    """
+    known = set()
+    for region in tool_regions(tool, robot, working):
+        for arc in chain.from_iterable(region.boundary):
+            ends = arc.locus.kind, frozenset(np.round(1e7 * arc.z[[0, -1]]).tolist())
+            if ends not in known:
+                known.add(ends)
+                yield arc.locus, pairs(arc.z)
 
 
 def crossings(t: np.ndarray, pose: Pose) -> Iterator[tuple[float, int, int, int, float]]:

@@ -41,7 +41,7 @@ TYPE_2 = {
     "folded": "Type 2: distal bars folded",
     "self-motion": "Type 2: elbows coincide, self-motion",
 }
-ALONG, DEXTEROUS = ("path, from ● to ■", "dexterous region, inside its border")
+ALONG, DEXTEROUS = ("path, from ● to ■", "region that is left, inside its border")
 POINTS = {
     Singularity.SERIAL: "Type 1 in a point: a leg folded on its base",
     Singularity.PARALLEL: "Type 2 in a point: elbows coincide, self-motion",

@@ -1,6 +1,7 @@
 """A tool on a distal bar: its map to joint C, and all that leads it along a path."""
 
 import json
+import re
 from functools import partial
 
 import numpy as np
@@ -13,6 +14,7 @@ from fivebar.paths.certificates import checker
 from fivebar.paths.placing.tool_regions import tool_regions
 from fivebar.paths.tool import MountedTool
 from fivebar.singularities.regions import inside
+from tests.helpers.browsing import chromium
 
 NAMED = {name: fb.load_machine(name) for name in ("plotclock", "reprapfirmware")}
 PLOTCLOCK = NAMED["plotclock"]
@@ -452,5 +454,36 @@ def test_the_map_of_a_tool(tmp_path, capsys):
     assert (tmp_path / "map.png").stat().st_size > 10000
 
 
-def test_a_map_of_a_tool_has_no_margins():
-    assert main(["map", "--robot", "plotclock", "--det-A", "0.1"]) == 2
+def test_a_map_of_a_tool_has_the_field_of_its_poses_and_a_page_that_finds_them(tmp_path):
+    """What the page computes in a browser is the joint of `MountedTool`."""
+    robot, tool = PLOTCLOCK.robot, PLOTCLOCK.tool
+    data = fb.singularity_map(robot, tool=tool, shape=(41, 41))
+    at = np.stack(np.meshgrid(data.x, data.y), axis=-1)
+    for mode, values in zip(data.modes, data.values):
+        pose = tool.pose(robot, at, mode, unreachable="nan")
+        np.testing.assert_array_equal(values, pose.det_A)
+    figure = fb.plot.singularity_map(data)
+    assert {"Type 1: a leg in line", "base joint"} <= {
+        text.get_text() for text in figure.legends[0].get_texts()
+    }
+    with pytest.raises(ValueError, match="a tool has places in task space"):
+        fb.singularity_map(robot, space="joint", tool=tool)
+    data.to_npz(tmp_path / "map.npz")
+    with pytest.raises(ValueError, match="the map of a tool is not read back"):
+        fb.singularities.maps.Map.from_npz(tmp_path / "map.npz")
+    fb.page(data, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text("utf-8")
+    content = json.loads(re.search(r'id="content">(.*?)</script>', page)[1])
+    words = page[page.index("function jointIn") : page.index("// Where the page begins")]
+    program = (
+        f"const robot = {json.dumps(content['robot'])}, at = [0, 0];"
+        f"const layers = {json.dumps(content['layers'])}; {words}"
+        f"const found = layers.map((_, k) => {json.dumps(at.reshape(-1, 2).tolist())}.map(place => {{"
+        "[at[0], at[1]] = place; return jointIn(k).map(v => Number.isNaN(v) ? null : v); }));"
+        "return found;"
+    )
+    with chromium("--disable-gpu") as browser:
+        run = browser.new_page().evaluate(f"() => {{ {program} }}")
+    for mode, found in zip(data.modes, run):
+        expected = MountedTool(tool, robot, mode).joint(at.reshape(-1, 2))
+        np.testing.assert_allclose(np.array(found, float), expected, rtol=0, atol=1e-15)

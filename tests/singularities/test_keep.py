@@ -243,7 +243,7 @@ def test_bars_touch_all_along_their_walls():
         clearances = np.abs(
             list(constraints.clearances(pose).values())
         )  # those of one leg may be where the other does not reach
-        assert arc.locus.kind == "bars touch" and np.nanmin(clearances, axis=0).max() < 1e-13
+        assert arc.locus.kind == "traced" and np.nanmin(clearances, axis=0).max() < 1e-13
         number += len(z)
     assert number > 300
 

@@ -364,6 +364,8 @@ def test_from_the_command_line(tmp_path, capsys):
         )[1]
     )
     kinds = [locus["kind"] for locus in content["loci"]]
-    assert kinds.count("path, from ● to ■") == 1 and "dexterous region, inside its border" in kinds
+    assert (
+        kinds.count("path, from ● to ■") == 1 and "region that is left, inside its border" in kinds
+    )
     regions = fb.dexterous(fb.FiveBar(), sin=0.3)
     assert [number for number, *_ in content["numbers"]] == [region.number for region in regions]

@@ -57,7 +57,7 @@ def test_dexterous_regions_take_the_place_of_the_aspects():
     regions = fb.dexterous(AMORO, 0.3, 0.2)
     figure = pictures.singularity_map(singularity_map(AMORO, shape=(31, 31)), dexterous=regions)
     assert panels(figure)[1].get_title() == "working modes (+1, −1): regions 3 to 5"
-    assert "dexterous region, inside its border" in legend(figure)
+    assert "region that is left, inside its border" in legend(figure)
     for axes, working in zip(panels(figure), [(1, 1), (1, -1), (-1, 1), (-1, -1)]):
         for patch, region in zip(
             axes.patches, [r for r in regions if r.working == working], strict=True

@@ -21,6 +21,7 @@ from ...base.robot_uses import takes_robot
 from ...constraints.boundaries import facing
 from ...constraints.constraints import Constraints, kept_by
 from ...constraints.disc import BoundedAspect, bounded_by
+from ...constraints.load import Load
 from ...models.geometry import igm
 from ...models.robots import FiveBar
 from ...singularities.aspects import Aspect, as_kind, numbered
@@ -68,6 +69,7 @@ def tool_regions(
     robot: FiveBar,
     working: tuple[int, int] | None = None,
     constraints: Constraints | None = None,
+    load: Load | None = None,
 ) -> tuple[ToolRegion, ...]:
     """Return the regions of a tool, numbered as `aspects` are.
 
@@ -79,6 +81,8 @@ def tool_regions(
         Working modes; by default all.
     constraints : Constraints, optional
         Constraints on poses; half-planes and the region are those of joint C.
+    load : Load, optional
+        That the motors hold.
 
     Returns
     -------
@@ -105,11 +109,11 @@ def tool_regions(
         circles = LegCircles(robot, constraints.sin, _bends(mounted, constraints.sin))
         image = _Image(mounted, circles)
         # Walls of the constraints take long: modes that are only counted go without.
-        others = Constraints()
+        others = Constraints(), None
         if working in (None, mode):
-            others = replace(constraints, det_A=0.0, sin=0.0)
+            others = replace(constraints, det_A=0.0, sin=0.0), load
         for part in bent_parts(robot, mode, circles, constraints.det_A):
-            found.append(image.region(bounded_by(part, others), others))
+            found.append(image.region(bounded_by(part, *others), *others))
     regions = numbered(found)
     return tuple(region for region in regions if working in (None, region.working))
 
@@ -144,7 +148,7 @@ class _Image:
         self.offset = complex(mounted.tool.along, mounted.tool.across)
         self.size = size_of(circles.robot)
 
-    def region(self, part: Aspect, constraints: Constraints) -> ToolRegion:
+    def region(self, part: Aspect, constraints: Constraints, load: Load | None) -> ToolRegion:
         """Return the image of a part of an aspect, up to the fold of the tool."""
         loops = [self.loop(loop) for loop in part.boundary]
         at_base = np.abs(part.punctures @ (1, 1j) - self.base) <= SAME * self.size
@@ -160,16 +164,16 @@ class _Image:
         walls: tuple = ()
         allowed = None
         if isinstance(part, BoundedAspect):
-            walls, allowed = self.bounds(part, constraints)
+            walls, allowed = self.bounds(part, constraints, load)
         image = replace(
             part,
             area=float(sum(areas)),
             boundary=tuple(map(tuple, boundary)),
             punctures=pairs(punctures),
         )
-        return as_kind(ToolRegion, image, walls, allowed, self.mounted)
+        return as_kind(ToolRegion, image, walls, allowed, 0.0, self.mounted)
 
-    def bounds(self, part: BoundedAspect, constraints: Constraints) -> tuple:
+    def bounds(self, part: BoundedAspect, constraints: Constraints, load: Load | None) -> tuple:
         """Return the walls of the constraints, and a function that tells where they hold."""
 
         def within(z):
@@ -182,7 +186,8 @@ class _Image:
             lost = np.isnan(joint[:, 0])
             joint[lost] = 10 * self.size
             pose = igm(self.circles.robot, joint, self.mounted.working, unreachable="nan")
-            return constraints.satisfied(pose) & ~lost
+            holds = constraints.satisfied(pose) & ~lost & (pose.assembly == part.assembly)
+            return holds if load is None else holds & load.satisfied(pose)
 
         walls = facing(part.walls, within, self.size)
         images = [self._traced(self.curve(w), w.locus.type, w.locus.kind) for w in walls]

@@ -4,7 +4,21 @@ const {layers, field, axes, loci, robot} = content, task = content.space === "ta
 let chosen = layers.length - 1, held = false;
 let at = start();
 
-const poseIn = layer => task ? igm(at, layers[layer].mode) : dgm(at, layers[layer].mode[0]);
+const poseIn = layer => task ? igm(jointIn(layer), layers[layer].mode) : dgm(at, layers[layer].mode[0]);
+
+// Where joint C is with the tool at the point: the tool closes a dyad of its own on its leg, as in MountedTool.joint.
+function jointIn(layer) {
+  if (!robot.tool) return at;
+  const {leg, reach, factor: [re, im], branches} = robot.tool, [baseX, baseY, length] = robot.drives[leg];
+  const x = at[0] - baseX, y = at[1] - baseY, square = x * x + y * y;
+  const along = (1 + (length * length - reach * reach) / square) / 2;
+  const across = branches[layer] * Math.sqrt(length * length / square - along * along);  // NaN out of reach
+  const barX = x - (along * x - across * y), barY = y - (along * y + across * x);
+  const jointX = x + re * barX - im * barY, jointY = y + re * barY + im * barX;
+  const distalX = barX + re * barX - im * barY, distalY = barY + re * barY + im * barX;
+  const folded = layers[layer].mode[leg] * (jointX * distalY - jointY * distalX) >= 0;
+  return folded ? [NaN, NaN] : [baseX + jointX, baseY + jointY];
+}
 
 // Where the page begins: a node that closes in the last mode.
 function start() {
@@ -31,9 +45,9 @@ const bounds = robot.turns
 const scene = new Picture(byId("scenes"), bounds, "the robot at the point");
 if (!robot.turns) for (const x of feet) scene.path([x, x], robot.rail, "--line", 6);
 const machine = opacity => scene.mechanism({...content.body, opacity, ...(opacity < 1 ? {pins: [], actuated: []} : {})});
-// Base joint, elbow, end-effector, elbow, base joint; with sliders foot, end-effector, foot.
+// Base joint, elbow, end-effector, elbow, base joint, perhaps the tool; with sliders foot, end-effector, foot.
 const joints = ({xi, elbows: [left, right]}) => robot.turns
-  ? [robot.drives[0].slice(0, 2), left, xi, right, robot.drives[1].slice(0, 2)]
+  ? [robot.drives[0].slice(0, 2), left, xi, right, robot.drives[1].slice(0, 2), ...robot.tool ? [at] : []]
   : [left, xi, right];
 const ghosts = layers.map(() => machine(0.22)), mechanism = machine(1);
 const state = element("span", {class: "state"});
@@ -80,7 +94,7 @@ const STYLES = {
   "Type 2: distal bars stretched": {line_dash: [7, 3]}, "Type 2: distal bars folded": {line_dash: [8, 3, 2, 3]},
   "Type 2: elbows coincide, self-motion": {line_dash: [2, 2]},
   "path, from ● to ■": {line_color: "#009E73", line_width: 2.6},
-  "dexterous region, inside its border": {line_color: "#B5508C", line_width: 2.2},
+  "region that is left, inside its border": {line_color: "#B5508C", line_width: 2.2},
   "Type 3": {marker: "diamond"}, "Type 1 in a point: a leg folded on its base": {marker: "x"},
   "Type 2 in a point: elbows coincide, self-motion": {marker: "cross"},
 };

@@ -4,10 +4,13 @@ computed from.
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...paths.placing.tool_regions import tool_regions
+from ...paths.tool import MountedTool
 from ...singularities.aspects import aspects
 from ..loci import map_loci
 from ..skeleton import robot_body
@@ -54,8 +57,8 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
         layers = [modes.index(region.working)]
         loci += [(DEXTEROUS, layers, np.concatenate([p, p[:1]])) for p in region.polygons]
     numbered: tuple = regions or ()
-    if regions is None:
-        numbered = aspects(robot) if task and robot.turns else ()
+    if regions is None and task and robot.turns:
+        numbered = aspects(robot) if data.tool is None else tool_regions(data.tool, robot)
     return {
         "title": f"singularity map: {robot_title(robot)}",
         "notes": notes,
@@ -67,10 +70,18 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
             "distal": robot.distal,
             "joints": words.joints,
             "sines": words.sines[:2],
+            "tool": _tool(data),
             "rail": None if robot.turns else [feet.min() - bar, feet.max() + bar],
         },
         # What joins its points, which the page computes; where they are here is of no account.
-        "body": parts(robot_body(robot, np.zeros((1, 2, 2)), np.zeros((1, 2)))),
+        "body": parts(
+            robot_body(
+                robot,
+                np.zeros((1, 2, 2)),
+                np.ones((1, 2)),
+                None if data.tool is None else astuple(data.tool),
+            )
+        ),
         "field": {
             "name": data.field,
             "words": scale.words,
@@ -95,4 +106,21 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
         ],
         "columns": data.columns,
         "source": "Map.to_csv",
+    }
+
+
+def _tool(data):
+    """Return what the page computes joint C from, with the tool at a point; None without a tool.
+
+    Names are those of `MountedTool`.
+    """
+    if data.tool is None:
+        return None
+    mounted = [MountedTool(data.tool, data.robot, mode) for mode in data.modes]
+    factor = mounted[0].factor
+    return {
+        "leg": data.tool.leg - 1,
+        "reach": mounted[0].reach,
+        "factor": [factor.real, factor.imag],
+        "branches": [each.branch for each in mounted],
     }

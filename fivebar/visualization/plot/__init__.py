@@ -5,6 +5,5 @@ from .graph import aspect_graph
 from .maps import singularity_map
 from .notebook_style import use_style
 from .pose_panels import pose
-from .tools import tool_map
 
-__all__ = ["aspect_graph", "drawing", "pose", "singularity_map", "tool_map", "use_style"]
+__all__ = ["aspect_graph", "drawing", "pose", "singularity_map", "use_style"]

@@ -18,6 +18,7 @@ from matplotlib.ticker import MultipleLocator
 
 from ...base.checks import positive
 from ...constraints.disc import clearance_at
+from ...paths.placing.tool_regions import tool_regions
 from ...singularities.aspects import aspects
 from ...singularities.maps import SIGNED
 from ..loci import map_loci
@@ -51,7 +52,7 @@ def singularity_map(
     path : (n, 2) array, optional
         Points of the map's own space, m or rad, drawn on all panels.
     dexterous : sequence of regions, optional
-        Of `fb.dexterous`, drawn and numbered in place of the aspects.
+        Of `fb.dexterous`, or what constraints leave, drawn and numbered in place of the aspects.
     modes : sequence, optional
         Out of `data.modes`, such as [(1, -1)] for elbows out; all by default.
     width : float, "column" or "page"
@@ -86,9 +87,11 @@ def singularity_map(
     inches = positive(WIDTHS.get(width) or width, "width") / 25.4
     columns = min(len(wanted), 1 if inches < 4 else 2)
     side = (inches - 1.6) / columns
-    regions = None
-    if data.space == "task" and data.robot.turns:
-        regions = aspects(data.robot) if dexterous is None else dexterous
+    regions = dexterous
+    robot: Any = data.robot
+    if data.space == "task" and robot.turns and dexterous is None:
+        regions = aspects(robot) if data.tool is None else tool_regions(data.tool, robot)
+    loci = list(map_loci(data))
     with rc_context({"font.size": 10 if inches > 8 else 7}):
         height = side * np.clip(np.ptp(data.y) / np.ptp(data.x), 0.4, 2.0) + 0.35
         figure, panels = new_panels(axes, len(wanted), columns, side, height)
@@ -96,7 +99,8 @@ def singularity_map(
             figure.set_figwidth(inches)
         kinds: dict[str, None] = {}
         for panel, mode in zip(panels, wanted):
-            image = _panel(panel, data, known.index(mode), path, dexterous, regions, kinds)
+            own = [points for points in loci if known.index(mode) in points[1]]
+            image = _panel(panel, data, known.index(mode), own, path, dexterous, regions, kinds)
         scale = field_scale(data)
         extend = "neither" if data.field in (*SIGNED, "transmission_angle") else "max"
         bar: dict[str, Any] = dict(label=scale.words, shrink=0.85, pad=0.02, extend=extend)
@@ -110,7 +114,7 @@ def singularity_map(
     return figure
 
 
-def _panel(axes, data, number, path, dexterous, regions, kinds):
+def _panel(axes, data, number, loci, path, dexterous, regions, kinds):
     """Draw one mode of a map; return the image of its field."""
     task = data.space == "task"
     robot: Any = data.robot
@@ -133,9 +137,8 @@ def _panel(axes, data, number, path, dexterous, regions, kinds):
 
     image = axes.imshow(values, origin="lower", extent=borders, **colours)
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), facecolor="#ececec", aspect="equal")
-    for words, layers, points in map_loci(data):
-        if number in layers:
-            show(words, points)
+    for words, _, points in loci:
+        show(words, points)
     for drive in robot.drives if task else ():
         if turns:
             show("base joint", [(drive.x, drive.y)])
@@ -157,7 +160,8 @@ def _panel(axes, data, number, path, dexterous, regions, kinds):
             draw(axes, "map.end", *(scale * points[[end]]).T, marker=marker)
     title = f"working modes ({signs(*mode)})" if task else f"assembly mode {signs(mode)}"
     if regions is not None:
-        title += _numbers("aspect" if dexterous is None else "region", here)
+        is_aspect = dexterous is None and data.tool is None
+        title += _numbers("aspect" if is_aspect else "region", here)
     axes.set_title(title, fontsize="medium")
     names = "xy" if task else [f"$q_{{{name[1:]}}}$" for name in robot.words.joints]
     axes.set(xlabel=f"{names[0]} ({unit})", ylabel=f"{names[1]} ({unit})")

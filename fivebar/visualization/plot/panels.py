@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Affine2D
 
 from ...paths.placement import Placement
-from ...paths.placing.tool_regions import tool_regions
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
 from .. import style as names
+from ..loci import tool_loci
 from ..style import INK, SIDES, readable
 
 if TYPE_CHECKING:
@@ -225,23 +224,14 @@ def draw_loci(
 
 
 def draw_tool_loci(axes: Axes, tool: Tool, robot: FiveBar, working: tuple[int, int]) -> None:
-    """Draw the borders of the regions that a tool sees in these modes, each type named once.
-
-    Where the tool folds over its bar is Type 1, too.
-    """
+    """Draw the borders of the regions that a tool sees in these modes, each type named once."""
     known = set()
-    for region in tool_regions(tool, robot, working):
-        for arc in chain.from_iterable(region.boundary):
-            kind = Singularity.PARALLEL & arc.locus.type or Singularity.SERIAL
-            style: dict = dict(LOCI[kind])
-            if style["label"] in known:
-                del style["label"]
-            known.add(style.get("label"))
-            # A border of two regions is drawn once, so that its dashes stay apart.
-            ends = frozenset(np.round(1e7 * arc.z[[0, -1]]).tolist())
-            if (arc.locus.kind, ends) not in known:
-                known.add((arc.locus.kind, ends))
-                axes.plot(1e3 * arc.z.real, 1e3 * arc.z.imag, zorder=0, **style)
+    for locus, points in tool_loci(tool, robot, working):
+        style: dict = dict(LOCI[Singularity.PARALLEL & locus.type or Singularity.SERIAL])
+        if style["label"] in known:
+            del style["label"]
+        known.add(style.get("label"))
+        axes.plot(*(1e3 * points.T), zorder=0, **style)
 
 
 def mark_crossing(axes: Axes, place: float, kind: Singularity) -> None:

@@ -1,0 +1,56 @@
+"""A load that the motors hold at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..models.dynamics import dynamic_model
+from ..models.geometry import Pose
+from ..models.kinematics import ikm
+from ..models.physics import physics_of
+
+
+@dataclass(frozen=True)
+class Load:
+    """A force on the end-effector that the motors hold at rest, with the weight of the robot.
+
+    Attributes
+    ----------
+    force : (2,)
+        N.
+    torque : (2,)
+        What the motors have, N m.
+    jacobian : callable
+        Pose -> (*batch, 2, 2) of the point that the force is at; by default that of joint C.
+    """
+
+    force: tuple[float, float]
+    torque: tuple[float, float]
+    jacobian: Callable[[Any], np.ndarray] = lambda pose: pose.J
+
+    def torques(self, pose: Pose) -> np.ndarray:
+        """Return the motors' torques (*batch, 2), N m, at rest; nan at Type 2."""
+        held = -np.einsum("...ji,j->...i", self.jacobian(pose), self.force)
+        physics = physics_of(pose.robot)
+        if physics is None or not any(physics.gravity):
+            return held
+        _, weight = dynamic_model(ikm(pose, np.zeros(2)))
+        return held + weight
+
+    def satisfied(self, pose: Pose) -> np.ndarray:
+        """Return whether the motors hold it, bool (*batch,)."""
+        return (np.abs(self.torques(pose)) <= self.torque).all(axis=-1)
+
+    def margin(self, pose: Pose, assembly: int) -> np.ndarray:
+        """Return a function (*batch,) that is 0 where a motor has just the torque in an assembly
+        mode, and below 0 where it has less, or in the other mode.
+
+        The torque diverges at Type 2, but its product with det A goes smoothly through it.
+        """
+        scale = -assembly * np.asarray(pose.det_A)
+        needed = np.abs(self.torques(pose) * scale[..., None])
+        return (scale[..., None] * self.torque - needed).min(axis=-1)
