@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.backend import HUGE
-from ..base.checks import one_of
+from ..base.checks import instance, one_of, optional
 from ..base.presentation import Paged
 from ..base.representation import one_line
 from ..base.robot_uses import takes_robot
@@ -163,7 +163,7 @@ class Map(Paged):
             raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
 
 
-@takes_robot(field=one_of(*FIELDS), space=one_of("task", "joint"))
+@takes_robot(field=one_of(*FIELDS), space=one_of("task", "joint"), tool=optional(instance("Tool")))
 def singularity_map(
     robot: Robot,
     field: str = "parallel",

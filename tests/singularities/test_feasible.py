@@ -50,6 +50,7 @@ def holds(robot, points, working, constraints, load):
     return found
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", CASES)
 def test_areas_are_those_of_points_that_hold(name):
     constraints, load = CASES[name]
@@ -136,6 +137,7 @@ def test_of_a_tool_a_load_and_joints_leave_regions():
         assert 20 < inside.sum() < len(at)
 
 
+@pytest.mark.deep
 def test_the_map_of_a_robot_with_constraints(tmp_path, capsys):
     robot = tmp_path / "servos.toml"
     limits = fb.Constraints(joints=((0.2, 2.5), (0.0, 2.8)), clearance=0.002, torque=0.3)
@@ -149,11 +151,13 @@ def test_the_map_of_a_robot_with_constraints(tmp_path, capsys):
     disc = found["largest_disc"]
     own = fb.largest_disc(fb.aspect(fb.FiveBar(), 3), replace_torque(limits))
     assert disc["radius_m"] >= own.radius * (1 - 1e-7)
-    left, right, below, above = found["largest_rectangle"]["borders_m"]
-    assert left < right and below < above
+    assert min(found["largest_rectangle"]["rectangle_m"]) > disc["radius_m"]
     assert main([*words, "--load", "0", "-5"]) == 0
     printed = capsys.readouterr().out
     assert "largest disc: radius" in printed and "largest rectangle in it:" in printed
+
+
+def test_a_load_needs_the_torque_of_the_motors(capsys):
     assert main(["map", "--load", "0", "-5"]) == 2
     assert "--load needs the motors' torque" in capsys.readouterr().err
 
