@@ -237,8 +237,8 @@ def test_prices_and_the_spread_of_what_was_kept():
         np.array([1.5, 12.0]), np.diag([1.0, 8.0]), np.zeros((0, 2)), np.ones(2), 0.0
     )
     found = spread(full, [0, 1], last)
-    # The first moved by 0.5, which with its last variance is below the full one; the second by 10.
-    assert found[0, 0] == pytest.approx(4.0)
+    # The first moved by 0.5, the second by 10.
+    assert found[0, 0] == pytest.approx(1.0 + 0.25)
     assert found[1, 1] == pytest.approx(8.0 + 100.0)
     assert found[0, 1] / np.sqrt(found[0, 0] * found[1, 1]) == pytest.approx(1 / 6)
 

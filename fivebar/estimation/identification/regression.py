@@ -1,14 +1,19 @@
 """Weighted linear regression by QR, its covariance, and the smallest model that the data allow.
 
 Residuals of measured motions may be neither white nor of one size. Standard deviations are those of
-white residuals, or those of Newey and West [Newey1987]_, which assume neither but are too small of
-few rows: the larger of both. A set R of parameters is left out at the cost theta_R^T C_RR^-1
-theta_R (Wald), a chi square of as many degrees of freedom where they are 0. Each that stays costs
-log n + 3 log p (the extended BIC [Chen2008]_ with gamma = 3/2; n rows, p candidates: of 14 that are
-0 one stays in about 0.3 % of the logs). The chosen model has the lowest cost.
+white residuals, or those of Newey and West [Newey1987]_, which assume neither: the larger of both.
+For the latter each residual is that of a fit without its row (HC3 [MacKinnon1985]_): near a
+singularity a few rows, with the most noise, draw the fit to them.
+
+A set R of parameters is left out at the cost theta_R^T C_RR^-1 theta_R (Wald), a chi square of as
+many degrees of freedom where they are 0. Each that stays costs log n + 3 log p (the extended BIC
+[Chen2008]_ with gamma = 3/2; n rows, p candidates: of 14 that are 0 one stays in about 0.3 % of the
+logs). The chosen model has the lowest cost.
 
 .. [Newey1987] W. Newey, K. West, A simple, positive semi-definite, heteroskedasticity and
    autocorrelation consistent covariance matrix, 1987.
+.. [MacKinnon1985] J. MacKinnon, H. White, Some heteroskedasticity-consistent covariance matrix
+   estimators with improved finite sample properties, 1985.
 .. [Chen2008] J. Chen, Z. Chen, Extended Bayesian information criteria, 2008.
 """
 
@@ -25,6 +30,7 @@ from .filtering import RegressionRows
 # Rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine.
 BLOCK = 64
 FINEST = 1e-5  # of a motor's torque: the least noise that is believed
+LEAST_FREE = 0.05  # of a row's own residual that a fit is taken to leave
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +77,11 @@ def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) ->
     residual = np.where(rows.counts, tau - W @ theta, 0.0)
     inverse = np.linalg.inv(R) / scales[:, None]
     bread = inverse @ inverse.T
-    scores = np.einsum("nmp,nm->np", W / sigma[:, None], residual / sigma)
-    meat = _meat(scores, rows.breaks)
-    robust = bread @ meat @ bread * (free.sum() + len(columns)) / free.sum()
+    weighted_W = W / sigma[:, None]
+    leverage = ((weighted_W @ bread) * weighted_W).sum(axis=2)
+    left_out = residual / np.maximum(1.0 - leverage, LEAST_FREE)  # of a fit without the row
+    scores = np.einsum("nmp,nm->np", weighted_W, left_out / sigma)
+    robust = bread @ _meat(scores, rows.breaks) @ bread
     more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), 1.0))
     shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
     misfit = float(np.sqrt(np.mean(shares)))
@@ -157,10 +165,10 @@ def spread(full: RegressionFit, kept: list[int], last: RegressionFit) -> ndarray
 
     Leaving out moves a value by b and its variance from that of the full model to that of the last
     fit, whose deviation holds if all that is left out is 0. The mean square of the error is
-    estimated by var_last + b^2, or var_full where that is more; correlations are those of the full
-    model.
+    estimated by var_last + b^2: where what is left out is 0, the mean of b^2 is
+    var_full - var_last. Correlations are those of the full model.
     """
     whole = full.cov[np.ix_(kept, kept)]
     moved = full.theta[kept] - last.theta
-    scale = np.sqrt(np.maximum((np.diag(last.cov) + moved**2) / np.diag(whole), 1.0))
+    scale = np.sqrt((np.diag(last.cov) + moved**2) / np.diag(whole))
     return whole * np.outer(scale, scale)
