@@ -127,6 +127,7 @@ def test_a_report_shows_two_digits_of_what_is_uncertain_and_nine_decimals_at_mos
     found = SimpleNamespace(
         values={"l11": 0.09},
         sd={"l11": sd},
+        told=np.array([True]),
         start=np.full(len(NEUTRAL), 0.08),
         intervals=lambda: {"l11": (0.09 - 2 * sd, 0.09 + 2 * sd)},
     )
