@@ -94,9 +94,8 @@ def _print_course(course, filled):
             print(f"{words} {printable(', '.join(names))}", file=sys.stderr)
 
     for graded in course.graded:
-        for students, exact in graded.equal:
-            how = "to the letter" if exact else "but for names and formatting"
-            tell(f"{graded.name}: equal programs, {how}:", students)
+        for students, same in graded.equal:
+            tell(f"{graded.name}: equal programs ({printable(same)}):", students)
     for state, names in course.without_mark().items():
         tell(f"marks.csv: no mark yet ({state}):", names)
     if filled:

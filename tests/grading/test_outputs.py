@@ -207,7 +207,7 @@ def test_hostile_text_is_harmless_everywhere(tmp_path):
     ):
         assert "\x1b" not in text and "\u202e" not in text and "\r" not in text
     left = [("", Left(HOSTILE, HOSTILE)), (HOSTILE, Left("a", "b"))]
-    equal = [((HOSTILE, "anna"), True)]
+    equal = [((HOSTILE, "anna"), HOSTILE)]
     lost = replace(hostile, ungraded=HOSTILE, checks=())
     write_summary(tmp_path, "lab", [hostile, hostile, lost], left, equal)
     table = Table(tmp_path, ["lab"])
