@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,23 +34,6 @@ class Misconception:
 
 
 @dataclass(frozen=True)
-class Slip:
-    """A wrong step of a derivation with its name and hint: `steps` are keywords of
-    Exercise.derivation.
-
-    A step that is done once per leg may be a pair (left, right), None where the leg's is right.
-    """
-
-    name: str
-    hint: str
-    steps: dict = field(repr=False)
-
-    def of(self, derivation: Callable) -> Misconception:
-        """Return the misconception of who makes this slip and no other."""
-        return Misconception(self.name, self.hint, partial(derivation, **self.steps))
-
-
-@dataclass(frozen=True)
 class Exercise:
     """One function of a lab: `Exercise("dgm(q11, q21, assembly_mode) -> x, y", answer, wrong)`.
 
@@ -60,8 +43,7 @@ class Exercise:
         shape of the returned names that are no plain numbers.
     guessable: few values are possible,
         so that all rows must be right to earn anything. of_lists: its arguments are lists, and
-        answer(robot, *arguments) answers one call. derivation: the right model step
-    by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps.
+        answer(robot, *arguments) answers one call.
     """
 
     signature: str
@@ -71,8 +53,6 @@ class Exercise:
     shapes: dict[str, tuple[int, ...]] = field(default_factory=dict)
     guessable: bool = False
     of_lists: bool = False
-    derivation: Any = field(default=None, repr=False)
-    slips: tuple[Slip, ...] = field(default=(), repr=False)
 
     def __post_init__(self):
         if not _SIGNATURE.fullmatch(self.signature):

@@ -17,7 +17,7 @@ from .columns import joint_motion
 from .exercise import Exercise
 from .judge import Verdict, judge, related
 from .labs import Lab
-from .misconceptions.stepwise import HELPERS, exercises_on
+from .models import HELPERS, exercises_on
 from .program import Program
 from .questions import rows_from
 from .ten_models import motions
@@ -97,10 +97,10 @@ def _called(role, name, arguments, keys):
     """
 
     def on_row(model):
-        def with_own_arguments(robot, *columns, **steps):
+        def with_own_arguments(robot, *columns):
             given = dict(zip(keys, columns))
             row = (given.get(key, 0.0 * columns[0]) for key in role.arguments)
-            return model(robot, *row, **steps)
+            return model(robot, *row)
 
         return model and with_own_arguments
 
@@ -108,7 +108,6 @@ def _called(role, name, arguments, keys):
         role,
         signature=f"{name}({', '.join(arguments)}) -> {', '.join(role.returns)}",
         answer=on_row(role.answer),
-        derivation=on_row(role.derivation),
         wrong=tuple(replace(each, model=on_row(each.model)) for each in role.wrong),
     )
 

@@ -16,6 +16,7 @@ from .following import Helped, builds_on, reached, spread, with_right_called
 from .formulas import MATH, OLD, long_formulas, short_formulas
 from .judge import call_text, numbers_of, numbers_right
 from .labs import Lab
+from .names import named
 from .needed import AT_ONCE, Needs, batches
 from .program import Program
 from .questions import AskedRows, Questions, rows_from
@@ -38,35 +39,6 @@ _NAME = re.compile(r"[A-Za-z_]\w*")
 UNLIKELY = 10  # letters by which a formula counts longer in the place of a name
 DOUBLED = 3  # by which a multiple of an angle does
 OTHERS = 16  # rows for a robot of other lengths
-HINTS = {
-    "a sign": "Go through the signs of your formula: which terms add, and which subtract?",
-    "a square": "Write the unit of each term beside it: all terms of a sum have the same.",
-    "a root": "Write the unit of each term beside it: all terms of a sum have the same.",
-    "a factor": "Write the unit of each term beside it, and ask where each factor comes from.",
-    "an operator": "Write the unit of each term beside it: all terms of a sum have the same.",
-    "a number": "Where does each number in your formula come from?",
-    "a whole number": "What does an array of whole numbers do with a fraction that is put into it?",
-    "a term": "Derive the formula once more on paper: how many terms does it have?",
-    "a formula": "Derive this line once more on paper: which lengths and angles does it hold?",
-    "a bracket": "In which order does Python compute your formula? Where do brackets belong?",
-    "a variable": "Read each name in your formula: which leg, which bar, which derivative is it?",
-    "an index": "Read each index in your formula: which row, which column, which leg is it?",
-    "a function": "Draw the angle: which side of the triangle is the cosine, which the sine?",
-    "the order": "In which order are these wanted?",
-    "the order of lines": "Which values have your names when each line is reached?",
-    "a transpose": "Write the shapes and the meaning of rows and columns beside each matrix.",
-    "an inverse": "Solve the equation for what you look for: which matrix is on the other side?",
-    "a matrix of ones": "Multiply a matrix of ones by a vector: is that the vector?",
-    "a matrix product": "What does * do with two arrays, and what does @ do?",
-    "a call": "What does each function that you call do with its argument?",
-    "a comparison": "Go through your conditions: which case do they choose, and when?",
-    "a direction": "Draw the vector: which way does it point, and which way should it?",
-    "a conjugate": "Multiply two complex numbers on paper: is that their scalar product?",
-    "an array in place": "Which other name means the same array, and changes with it?",
-    "the indentation": "Which lines belong to the loop or to the condition, and which come after?",
-    "a line unlike the other leg's": "Compare this line with that of the other leg.",
-    "a line": "What does each line change? Is it needed?",
-}
 
 
 @dataclass(frozen=True)
@@ -82,19 +54,19 @@ class Mend:
     made: Tried
     helps: int = 0
     after: Mend | None = None
+    names: tuple[tuple[str, str], ...] = ()  # name and hint of each change
 
     @property
     def name(self) -> str:
-        count = "one thing" if len(self.changes) == 1 else "two things"
-        return f"right but for {count}: {' and '.join(map(self._told, self.changes))}"
-
-    def _told(self, change):
-        inside = change.function
-        return change.kind + ("" if inside == self.function else f", in your {inside}")
+        told = []
+        for (name, _), change in zip(self.names, self.changes):
+            inside = change.function
+            told.append(name + ("" if inside == self.function else f", in your {inside}"))
+        return "; and ".join(told)
 
     @property
     def hint(self) -> str:
-        return " ".join(dict.fromkeys(HINTS[change.kind] for change in self.changes))
+        return " ".join(dict.fromkeys(hint for _, hint in self.names))
 
     def spot(self, where: Callable[[int], str]) -> str:
         """Return where it is and what would be right; where: a line in its author's words."""
@@ -170,7 +142,9 @@ def find_mend(
         found = search.mend(deep)
         if found is None and before and not begun and search.begin_after(before[0], True):
             found = search.mend(deep)
-        return search.lead() if found is None and deep else found
+        if found is not None:
+            return search.named(found)
+        return search.lead() if deep else None
 
 
 class _Search:
@@ -244,6 +218,12 @@ class _Search:
     def _helps_all(self, mend):
         """Return whether all other wrong functions that call the same helpers become right."""
         return mend.helps == len(self.others)
+
+    def named(self, mend: Mend) -> Mend:
+        """Return the mend with what its changes are called."""
+        rows = next((rows for rows in self.asked if not rows.constants), self.asked[0])
+        names = named(self.student, self.tried, mend.step[1], mend.changes, rows)
+        return replace(mend, names=names)
 
     def lead(self) -> Lead | None:
         """Return a formula that is right but for its sign in some calls, or else the last one that

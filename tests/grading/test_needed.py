@@ -321,13 +321,13 @@ SLIPS = {
     "a corner of the triangle": (
         "alpha = np.arccos(n / (2 * l))",
         "alpha = np.arccos((2 * l**2 - n**2) / (2 * l**2))",
-        r"right but for one thing: a (formula|factor)",
+        r".*(formula|factor).*",
         r"right answers come with .*n",
     ),
     "an arc for a direction": (
         "return np.arctan2(b1[1], b1[0]), np.arctan2(b2[1], b2[0])",
         "return np.arccos(b1[0] / l), np.arccos(b2[0] / l)",
-        r"right but for one thing: a function",
+        r"an arc in place of a direction.*",
         r"arccos\(b1\[0\] / l\): right answers come with atan2\(.*\), in 2 places",
     ),
     "a sign that nothing beside it has": (
