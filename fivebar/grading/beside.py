@@ -96,6 +96,10 @@ def _products(arrays):
     """Return the parts of plane vectors, and the scalar and the cross products of any two."""
     vectors = {name: value.T for name, value in arrays.items() if value.shape[1] == 2}
     made = {}
+    for name, value in arrays.items():
+        if value.shape[1] == 4:
+            for k, number in enumerate(value.T):
+                made[f"{name}[{k // 2}][{k % 2}]"] = number
     for name, (x, y) in vectors.items():
         made[f"{name}[0]"] = x
         made[f"{name}[1]"] = y

@@ -196,7 +196,7 @@ class Questions:
                 return Verdict(0.0, "value")
         good = np.allclose(came, right, rtol=CLOSE, atol=CLOSE)
         changes = bool(np.isfinite(came).all() and np.ptp(came, axis=0).any())
-        return Verdict(float(good), rows=len(rows), related=changes)
+        return Verdict(float(good), rows=len(rows), varies=changes)
 
     def _set_for(self, robot):
         """Return the constants to be set for a robot that is not the student's own."""

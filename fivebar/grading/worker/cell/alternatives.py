@@ -66,6 +66,8 @@ FUNCTIONS = {
 }
 _ATAN = {"atan": "atan2", "arctan": "arctan2"}
 _FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
+_THRESHOLDS = [10.0**-power for power in range(3, 13)]  # tried in place of a small number
+LARGEST_THRESHOLD = 0.05
 MOST_WHOLE = 20  # of whole numbers that may be off by 1
 MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
 MOST_ARGUMENTS = 4  # of a call of which all orders are tried
@@ -203,6 +205,10 @@ def _of_name(place):
     name, scope = place.node.id, place.scope
     rank = int(_is_given_by_name(place))
     yield from ((rank, "a variable", name_of(other)) for other in scope.like(name))
+    if _callee(place.parent) in ("sin", "cos"):
+        for other in scope.like(name):
+            if other[:-1] == name[:-1]:  # the direction of a bar is a sum of its leg's angles
+                yield 1, "a term", ast.BinOp(name_of(other), ast.Add(), place.node)
     yield from ((0, "a function", name_of(other)) for other in FUNCTIONS.get(name, ()))
     if name not in scope.known:
         yield from ((0, "a variable", name_of(other)) for other in scope.stored)
@@ -358,7 +364,8 @@ def _of_number(place):
     if type(value) is int and isinstance(place.parent, ast.List | ast.Tuple):
         yield 0, "a whole number", ast.Constant(float(value))
     near = (value + 1, value - 1) if type(value) is int else ()
-    for other in dict.fromkeys((*near, *_FACTORS)):
+    thresholds = _THRESHOLDS if 0 < value < LARGEST_THRESHOLD else ()
+    for other in dict.fromkeys((*near, *thresholds, *_FACTORS)):
         if other != value:
             yield 1, "a number", ast.Constant(other)
 
@@ -381,9 +388,15 @@ def _of_attribute(node):
         yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
 
 
+def _callee(node):
+    """Return the name of the function that is called, "" where none is."""
+    function = getattr(node, "func", None)
+    return getattr(function, "attr", getattr(function, "id", ""))
+
+
 def _of_call(place):
     node, scope = place.node, place.scope
-    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+    name = _callee(node)
     arguments, keywords = node.args, node.keywords
     if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
         return

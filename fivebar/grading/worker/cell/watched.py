@@ -96,6 +96,10 @@ def flat(value: Any) -> list[float] | None:
         return [float(value)] if abs(value) < 1e12 else None
     if isinstance(value, complex):
         return [value.real, value.imag] if abs(value) < 1e12 else None
+    if isinstance(value, list | tuple):
+        parts = [flat(part) for part in value[: MOST_NUMBERS + 1]]
+        numbers = None if None in parts else [*chain.from_iterable(parts)]
+        return numbers if numbers and len(numbers) <= MOST_NUMBERS else None
     if numpy is None or not isinstance(value, numpy.ndarray | numpy.number):
         return None
     if value.size > MOST_NUMBERS or value.dtype.kind not in "iufc":
@@ -112,6 +116,11 @@ def flat(value: Any) -> list[float] | None:
 def _like(value, numbers):
     """Return these numbers as a value of the same kind."""
     numpy = sys.modules.get("numpy")
+    if isinstance(value, list | tuple):
+        left, parts = iter(numbers), []
+        for part in value:
+            parts.append(_like(part, [next(left) for _ in flat(part)]))
+        return type(value)(parts)
     if isinstance(value, complex):
         return complex(*numbers)
     if numpy is None or not isinstance(value, numpy.ndarray):
