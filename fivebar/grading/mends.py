@@ -221,7 +221,8 @@ class _Search:
 
     def named(self, mend: Mend) -> Mend:
         """Return the mend with what its changes are called."""
-        rows = next((rows for rows in self.asked if not rows.constants), self.asked[0])
+        rows = max(self.asked, key=lambda rows: (not rows.constants, len(rows.wrong)))
+        rows = rows.part(rows.wrong) if len(rows.wrong) else rows
         names = named(self.student, self.tried, mend.step[1], mend.changes, rows)
         return replace(mend, names=names)
 

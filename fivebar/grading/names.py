@@ -335,7 +335,8 @@ def _values(student, tried, rows):
         visits = [reply.visits.get(number, []) for reply in replies]
         parts = [sum(visit, []) for visit in visits]
         if len({*map(len, parts)}) == 1 and parts[0]:
-            found[place.function, place.line, _bare(place.old)] = np.array(parts)
+            # Places that are told together with others come after them alone.
+            found.setdefault((place.function, place.line, _bare(place.old)), np.array(parts))
     return found
 
 
