@@ -44,7 +44,7 @@ def grade_folders(arguments, lab, secret, seed, limit, hints_from):
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
     with locked_folder(out, "grading", ("students",)):
-        offer_settings(out)
+        offer_settings(out, course.lab)
         how = seed, secret, isolate, limit, hints_from, settings.packages
         course.grade(how, arguments.jobs)
         filled = course.write()

@@ -42,7 +42,7 @@ class Answers:
         return np.isnan(self.expected[:, 0])
 
     def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
-        return difference(a, b, self.exercise.is_angle(), turn)
+        return difference(a, b, self.exercise.turns * (turn / (2 * np.pi)))
 
     def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         """Return which numbers (n, k) are an outcome's. What is huge at a singularity says nothing
@@ -79,12 +79,12 @@ class Answers:
         return self.outcome(self.exercise.answer)
 
 
-def difference(
-    a: np.ndarray, b: np.ndarray, angles: np.ndarray, turn: float = 2 * np.pi
-) -> np.ndarray:
+def difference(a: np.ndarray, b: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Return how far numbers (n, k) are apart, modulo turns (k,), infinite where none counts."""
     with np.errstate(invalid="ignore"):
         raw = np.abs(a - b)
-        return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
+        modulo = np.where(np.isfinite(turns), turns, 1.0)
+        return np.where(np.isfinite(turns), np.abs((raw + modulo / 2) % modulo - modulo / 2), raw)
 
 
 def diagnose(answers: Answers) -> Misconception | None:

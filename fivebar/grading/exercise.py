@@ -39,8 +39,9 @@ class Exercise:
 
     answer(robot, *columns): the right model, on columns of shape (n,), gives one array (n, *shape)
     per returned name (a single one need not be in a tuple), nan where the model has no answer.
-    wrong: the Misconceptions. angles: returned names compared modulo one turn. shapes: name ->
-        shape of the returned names that are no plain numbers.
+    wrong: the Misconceptions. angles: returned names compared modulo one turn; axes: modulo half a
+    turn, as the direction of an axis is. shapes: name -> shape of the returned names that are no
+    plain numbers.
     guessable: few values are possible,
         so that all rows must be right to earn anything. of_lists: its arguments are lists, and
         answer(robot, *arguments) answers one call.
@@ -50,6 +51,7 @@ class Exercise:
     answer: Any = field(repr=False)
     wrong: tuple[Misconception, ...] = ()
     angles: tuple[str, ...] = ()
+    axes: tuple[str, ...] = ()
     shapes: dict[str, tuple[int, ...]] = field(default_factory=dict)
     guessable: bool = False
     of_lists: bool = False
@@ -57,7 +59,7 @@ class Exercise:
     def __post_init__(self):
         if not _SIGNATURE.fullmatch(self.signature):
             raise ValueError(f'a signature reads "name(a, b) -> x, y", not {self.signature!r}')
-        unknown = (set(self.angles) | set(self.shapes)) - set(self.returns)
+        unknown = {*self.angles, *self.axes, *self.shapes} - set(self.returns)
         if unknown:
             raise ValueError(f"{self.name} does not return {', '.join(sorted(unknown))}")
 
@@ -103,13 +105,16 @@ class Exercise:
 
     def is_angle(self) -> np.ndarray:
         """Return which of the numbers in `outcome` are angles, (numbers,)."""
-        return self._angle
+        return np.isfinite(self.turns)
 
     @cached_property
-    def _angle(self):
-        return np.concatenate(
-            [np.full(int(np.prod(self.shape(n))), n in self.angles) for n in self.returns]
-        )
+    def turns(self) -> np.ndarray:
+        """By how much each of the numbers in `outcome` may differ, (numbers,): a turn, of an axis
+        half a turn, infinite of what is no angle.
+        """
+        turn = dict.fromkeys(self.angles, 2 * np.pi) | dict.fromkeys(self.axes, np.pi)
+        sizes = [int(np.prod(self.shape(name))) for name in self.returns]
+        return np.repeat([turn.get(name, np.inf) for name in self.returns], sizes)
 
 
 def _names(part):

@@ -96,7 +96,7 @@ def judge(
     angles = exercise.is_angle()
     limits = _limits(exercise, expected, tolerance)
     came, reasons, texts, remarks = _outcomes(exercise, replies, refuse)
-    errors = difference(came, expected, angles)
+    errors = difference(came, expected, exercise.turns)
     for i in np.flatnonzero([not reason for reason in reasons]):
         if refuse[i]:
             reasons[i], texts[i] = (
@@ -173,7 +173,7 @@ def numbers_right(
     expected = exercise.outcome(exercise.answer, robot, columns)
     times = len(replies) // len(expected), 1
     limits = np.tile(_limits(exercise, expected, tolerance), times)
-    return difference(came, np.tile(expected, times), exercise.is_angle()) <= limits
+    return difference(came, np.tile(expected, times), exercise.turns) <= limits
 
 
 def numbers_of(exercise: Exercise, replies: list[Reply]) -> np.ndarray:

@@ -5,6 +5,7 @@ is told that was not tried.
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -24,6 +25,8 @@ from .ten_models import TEN, columns_of, motions
 from .worker.student import Tried
 from .worker.wire import Change
 
+SLOW, TIMED = 5e-3, 8  # s, of a call of which only likely changes are tried; calls timed
+AT_A_TIME, LEAST_AT_ONCE = 5.0, 16  # s of calls that are asked together, and changes
 LIKELY, WAVES = 2, 3  # waves of likely changes, of all
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
@@ -211,6 +214,8 @@ class _Search:
         """Yield what each kind of search finds, the fastest first; None where it finds nothing."""
         steps = self.tried.steps
         yield self._likely(steps, better)
+        if self._is_slow():
+            return
         yield self._written(steps, deep=deep or bool(self.others))
         for wave in range(LIKELY, WAVES) if deep or self.others else ():
             yield self._single(replace(self.tried, wave=wave), better)
@@ -231,6 +236,8 @@ class _Search:
         makes the function right with another value: one number for two or more of the answer.
         """
         found: list[tuple[Needs, dict]] = []
+        if self._is_slow():
+            return None
         for rows in dict.fromkeys((*self.asked[-1:], *self.asked[:1])):
             every = spread(len(rows.good), MOST_NEEDED)
             needs = Needs(self.student, replace(self.tried, steps=()), rows.part(every))
@@ -294,24 +301,41 @@ class _Search:
         if (few := self._wrong_rows(tried.steps)) is None:
             return None
         before = self._right(few, tried, [[]])[0]
+        fastest, seconds = self._fastest(few)
         every = [[k] for k in range(self.student.changes_count)]
-        right = self._right(few.part([0]), tried, every)[:, 0]
-        more = (right >= before[0]).all(axis=1) & (right > before[0]).any(axis=1)
-        candidates = [[k] for k in np.flatnonzero(more).tolist()]
-        now = self._right(few, tried, candidates)
-        whole = [k for k, good in zip(candidates, now) if good.all()]
-        sure = []
-        for numbers in whole[:MOST_SURE]:
-            if found := self._sure(tried, numbers):
-                sure.append(found)
-                if not self.others:
-                    break
-        if sure:
-            return max(sure, key=lambda mend: mend.helps)
-        for numbers, good in zip(candidates, now):
-            if (good >= before).all():
-                better.append((int(good.sum()), (tried.wave, numbers[0])))
-        return None
+        sure: list[Mend] = []
+        for some in batches(every, max(LEAST_AT_ONCE, int(AT_A_TIME / seconds))):
+            right = self._right(few.part([fastest]), tried, some)[:, 0]
+            more = right >= before[fastest]
+            more = more.all(axis=1) & (right > before[fastest]).any(axis=1)
+            candidates = [some[k] for k in np.flatnonzero(more)]
+            now = self._right(few, tried, candidates)
+            for numbers, good in zip(candidates, now):
+                if good.all() and len(sure) < MOST_SURE and (found := self._sure(tried, numbers)):
+                    sure.append(found)
+                    if not self.others:
+                        return found
+                if (good >= before).all() and not good.all():
+                    better.append((int(good.sum()), (tried.wave, numbers[0])))
+        return max(sure, key=lambda mend: mend.helps, default=None)
+
+    def _is_slow(self):
+        """Return whether a call takes so long that thousands of them take too long: as many as
+        values are looked for with.
+        """
+        few = self._wrong_rows(self.tried.steps)
+        return few is not None and self._fastest(few)[1] > SLOW
+
+    def _fastest(self, rows):
+        """Return the row of the fastest call of the function as it is, and its seconds."""
+        plain = replace(self.tried, wave=None)
+        seconds = []
+        for row in range(len(rows.good)):
+            start = time.perf_counter()
+            self._right(rows.part([row]), plain, [[]] * TIMED)
+            seconds.append((time.perf_counter() - start) / TIMED)
+        row = int(np.argmin(seconds))
+        return row, seconds[row]
 
     def _written(self, steps, deep):
         """Return the formulas, written where other values are needed, that make all right; deep:

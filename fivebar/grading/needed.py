@@ -105,6 +105,7 @@ class Needs:
         with np.errstate(all="ignore"):
             self._right = exercise.outcome(exercise.answer, rows.robot, rows.columns)
         self._angles = exercise.is_angle()
+        self._parts = np.where(self._angles, exercise.turns / (2 * np.pi), 1.0)
         self._scale = np.where(self._angles, 1.0, largest(self._right))
         replies = self._replies([(row, ()) for row in range(len(self._plain))], ALL)
         self._few = range(min(SCREENED, len(self._plain)))
@@ -353,7 +354,7 @@ class Needs:
 
     def _turned(self, off):
         with np.errstate(invalid="ignore"):
-            return np.where(self._angles, wrap(off), off)
+            return np.where(self._angles, wrap(off / self._parts) * self._parts, off)
 
     def values(self, need: Need) -> Values | None:
         """Return what stands beside a place, None where its calls do not show it."""

@@ -14,8 +14,9 @@ from fivebar.grading.course.copies import equal_programs
 from fivebar.grading.course.feedback import page_for
 from fivebar.grading.course.gradebook import moodle_time
 from fivebar.grading.course.marks import Mark
-from fivebar.grading.course.settings import read_settings
+from fivebar.grading.course.settings import offer_settings, read_settings
 from fivebar.grading.course.sheet import read_sheet
+from fivebar.grading.labs import find_lab
 from fivebar.grading.results import Check, Report
 
 from ..helpers.grading_lab import HALF, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
@@ -331,6 +332,17 @@ def test_an_untouched_template_of_another_year_accuses_nobody():
     assert found == []
     own = {"a": ORIGINAL, "b": ORIGINAL} | dict.fromkeys("cdefgh", todo)
     assert equal_programs(own, UNTOUCHED, ASKED) == [(("a", "b"), "all, to the letter")]
+
+
+def test_the_settings_that_are_offered_are_in_the_words_of_the_lab(tmp_path):
+    for name, check in (("lab2_kinematics", "test_A"), ("amoro", "test_dgm_all_over")):
+        offer_settings(tmp_path, find_lab(name))
+        path = tmp_path / "course.toml"
+        assert f"[points.{name}]" in path.read_text("utf-8")
+        shown = path.read_text("utf-8").split("\n\n", 1)[1]
+        path.write_text(shown.replace("# ", "", 1).replace("\n# ", "\n"), "utf-8")
+        assert any(check in pattern for pattern in read_settings(tmp_path).points[name])
+        path.unlink()
 
 
 @pytest.mark.deep

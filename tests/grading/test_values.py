@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fivebar.grading import Exercise
+from fivebar.grading import Exercise, Reply, judge
 from fivebar.grading.values import Unfit, read
 
 DGM = Exercise("dgm(q11, q21, assembly_mode) -> x, y", None)
@@ -114,3 +114,15 @@ def test_what_cannot_be_read_says_why(exercise, value, reason, text):
     with pytest.raises(Unfit) as unfit:
         read(exercise, value)
     assert (unfit.value.reason, str(unfit.value)) == (reason, text)
+
+
+def test_an_axis_has_no_sense_of_direction():
+    """An angle that is half a turn off is another one; an axis is the same."""
+    right = np.linspace(-1, 1, 5)
+    replies = [Reply("value", [q + np.pi, q + np.pi]) for q in right]
+    for axes, share in (((), 0.0), (("phi",), 0.0), (("phi", "psi"), 1.0)):
+        angles = tuple({"phi", "psi"} - {*axes})
+        model = Exercise("f(q) -> phi, psi", lambda robot, q: (q, q), angles=angles, axes=axes)
+        assert judge(model, None, (right,), replies).share == share
+    with pytest.raises(ValueError, match="does not return theta"):
+        Exercise("f(q) -> phi", None, axes=("theta",))
