@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from .following import builds_on
 from .labs import Lab
-from .mends import MOST_FUNCTIONS, Lead, Mend, find_mend
+from .mends import MOST_FUNCTIONS, Mend, find_mend
 from .questions import AskedRows
 from .report.text import not_started
 from .results import Check, checked
@@ -91,12 +91,10 @@ class Advice:
         mend = find_mend(
             self._program, self._lab, function, self._asked, self._wrong(), deep, before
         )
-        if isinstance(mend, Mend):
+        if mend is not None:
             self._mends.append(mend)
             self._tell(mend, function, self._judge_with(mend))
             return
-        if mend is not None:
-            self._tell(mend, function)
         if deep:
             self._in_vain[function] = before
 
@@ -110,7 +108,7 @@ class Advice:
                 found.append(mend)
         return found
 
-    def _tell(self, mend, function, others=frozenset()):
+    def _tell(self, mend, function, others):
         """Tell what was found in those checks of a function that are not right.
 
         others: names of mistakes of the functions that are right with it, too. Where these are not
@@ -120,8 +118,6 @@ class Advice:
         for k in self._places(function):
             check = self._checks.found[k]
             named = is_named(check)
-            if isinstance(mend, Lead) and named:
-                continue
             told = {"spot": mend.spot(self._program.where)} if told_at_all else {}
             if not named or others - {check.misconception}:
                 told |= {"misconception": mend.name, "hint": mend.hint}

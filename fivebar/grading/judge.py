@@ -156,13 +156,6 @@ def varies(came: np.ndarray, expected: np.ndarray) -> bool:
     return bool(2 * finite.sum() > finite.size and np.all((spread > 0) | ~(wanted > 0)))
 
 
-def rows_right(
-    exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
-) -> np.ndarray:
-    """Return which rows (n,) are right, within tolerance (n,)."""
-    return np.all(numbers_right(exercise, robot, columns, replies, tolerance), axis=1)
-
-
 def numbers_right(
     exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
 ) -> np.ndarray:

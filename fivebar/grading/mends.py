@@ -15,7 +15,7 @@ import numpy as np
 from ..models.robots import Robot
 from .following import Helped, builds_on, reached, spread, with_right_called
 from .formulas import MATH, OLD, long_formulas, short_formulas
-from .judge import call_text, numbers_of, numbers_right
+from .judge import numbers_of, numbers_right
 from .labs import Lab
 from .names import named
 from .needed import AT_ONCE, Needs, batches
@@ -32,9 +32,7 @@ MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
-MOST_CHANGES = 2  # that are told: with more of them, a formula is another one
 MOST_COMPARED = 16  # formulas that make all right, of which one may help other functions, too
-MOST_FIRST = 2  # changes that make more numbers right, to each of which a second one is sought
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
 BY_CHANCE = 0.1  # of the numbers, that may be right by two mistakes
@@ -99,27 +97,6 @@ class Mend:
         return self.function, (*self.made.steps, *last)
 
 
-@dataclass(frozen=True)
-class Lead:
-    """What is known of a wrong value if no formula is, in words that hold; name: "" where this is
-    only where it stands.
-    """
-
-    name: str
-    line: int
-    told: str
-
-    @property
-    def hint(self) -> str:
-        if self.name:
-            return "A root and an arc have no sign of their own: what tells you which one is right?"
-        return "Work this value out by hand for one call: what would be right?"
-
-    def spot(self, where: Callable[[int], str]) -> str:
-        """Return the line in its author's words, and what is known."""
-        return f"{where(self.line)}: {self.told}"
-
-
 def find_mend(
     program: Program,
     lab: Lab,
@@ -128,9 +105,8 @@ def find_mend(
     wrong: set[str],
     deep: bool,
     before: Sequence[Mend] = (),
-) -> Mend | Lead | None:
-    """Return the changes that make a function right, else the last wrong value, None where there
-    is none of which all others follow.
+) -> Mend | None:
+    """Return the changes that make a function right, None where none are found.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
@@ -145,9 +121,7 @@ def find_mend(
         found = search.mend(deep)
         if found is None and before and not begun and search.begin_after(before[0], True):
             found = search.mend(deep)
-        if found is not None:
-            return search.named(found)
-        return search.lead() if deep else None
+        return found and search.named(found)
 
 
 class _Search:
@@ -157,7 +131,17 @@ class _Search:
         self.function, self.tried = function, Tried(function, tuple(lab.exercises()))
         self.student: Helped = program.student
         questions = Questions(program, lab, {}, np.random.default_rng(0))
-        self.asked = [rows for each in asked for rows in _answerable(each, questions)]
+        self.asked = []
+        for each in asked:
+            own, *others = _answerable(each, questions)
+            # Where longer bars leave no pose on a way, right files stop.
+            answered = [np.isfinite(self._came(rows, None)).all(axis=1) for rows in others]
+            self.asked += [own] if len(own.good) else []
+            self.asked += [
+                rows.part(np.flatnonzero(known))
+                for rows, known in zip(others, answered)
+                if known.any()
+            ]
         self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
         self.before: Mend | None = None
@@ -197,28 +181,26 @@ class _Search:
                 self.kept.append((name, rows.part(answered)))
 
     def mend(self, deep: bool) -> Mend | None:
-        """Return the first change after which all rows are right, or the first two."""
+        """Return the first change after which all rows are right."""
         if self._wrong_rows(self.tried.steps) is None:
             return None
-        better: list[tuple[int, tuple]] = []
         best = None
-        for found in self._one_after_the_other(deep, better):
+        for found in self._one_after_the_other(deep):
             if found and self._helps_all(found):
                 return found
             # A formula that helps some may stand for a mistake in a helper that spoils more.
             if found and (best is None or found.helps > best.helps):
                 best = found
-        return best or (self._two(better) if deep else None)
+        return best
 
-    def _one_after_the_other(self, deep, better):
+    def _one_after_the_other(self, deep):
         """Yield what each kind of search finds, the fastest first; None where it finds nothing."""
-        steps = self.tried.steps
-        yield self._likely(steps, better)
+        yield self._likely()
         if self._is_slow():
             return
-        yield self._written(steps, deep=deep or bool(self.others))
+        yield self._written(deep=deep or bool(self.others))
         for wave in range(LIKELY, WAVES) if deep or self.others else ():
-            yield self._single(replace(self.tried, wave=wave), better)
+            yield self._single(replace(self.tried, wave=wave))
 
     def _helps_all(self, mend):
         """Return whether all other wrong functions that call the same helpers become right."""
@@ -231,73 +213,18 @@ class _Search:
         names = named(self.student, self.tried, mend.step[1], mend.changes, rows)
         return replace(mend, names=names)
 
-    def lead(self) -> Lead | None:
-        """Return a formula that is right but for its sign in some calls, or else the last one that
-        makes the function right with another value: one number for two or more of the answer.
-        """
-        found: list[tuple[Needs, dict]] = []
-        if self._is_slow():
-            return None
-        for rows in dict.fromkeys((*self.asked[-1:], *self.asked[:1])):
-            every = spread(len(rows.good), MOST_NEEDED)
-            needs = Needs(self.student, replace(self.tried, steps=()), rows.part(every))
-            if needs.wrong.any():
-                found.append((needs, {need.place.number: need for need in needs.all()}))
-        if not found:
-            return None
-        needs, known = found[-1]
-        common = set.intersection(*(set(each) for _, each in found))
-        signs, leads = {*common}, {*common}
-        for own, each in found:
-            signs = {k for k in signs if each[k].is_sign and each[k].place.is_root}
-            leads = {k for k in leads if own.leads(each[k])}
-        if signs:
-            last = known[max(signs)]
-            told = f"{last.place.text} has the right size in all calls, but in some the wrong sign"
-            return Lead("the sign of a root or an angle is lost", last.place.line, told)
-        if not leads:
-            return None
-        needed = [known[number] for number in leads]
-        inside = [need for need in needed if need.place.function == self.function]
-        last = max(inside or needed, key=lambda need: (need.place.line, len(need.place.text)))
-        off = np.abs(last.wanted - last.old)
-        row, number = np.unravel_index(np.argmax(off), off.shape)
-        call = call_text(needs.rows.exercise, needs.rows.columns, int(row))
-        old, wanted = last.old[row, number], last.wanted[row, number]
-        told = (
-            f"{last.place.text} is {old:.6g}, but {wanted:.6g} is needed, in {call}; what is"
-            " computed from it is right"
-        )
-        return Lead("", last.place.line, told)
-
-    def _likely(self, steps, better):
-        """Return a likely change after these steps, best one that helps other functions too."""
+    def _likely(self):
+        """Return a likely change, best one that helps other functions too."""
         found = None
         for wave in range(LIKELY):
-            now = self._single(replace(self.tried, steps=steps, wave=wave), better)
+            now = self._single(replace(self.tried, wave=wave))
             if now and self._helps_all(now):
                 return now
             found = found or now
         return found
 
-    def _two(self, better):
-        """Return the first two changes: one that makes more numbers right, and another one."""
-        better.sort(key=lambda one: -one[0])
-        firsts = [step for _, step in better[:MOST_FIRST]]
-        before = self.tried.steps
-        for step in firsts:
-            steps = *before, step
-            if self._wrong_rows(steps) and (found := self._written(steps, deep=False)):
-                return found
-        for step in firsts:
-            if found := self._likely((*before, step), []):
-                return found
-        return None
-
-    def _single(self, tried, better):
-        """Return the first change of a wave that makes all right; better: those that make more
-        numbers right and none wrong are added.
-        """
+    def _single(self, tried):
+        """Return the first change of a wave that makes all right."""
         if (few := self._wrong_rows(tried.steps)) is None:
             return None
         before = self._right(few, tried, [[]])[0]
@@ -315,8 +242,6 @@ class _Search:
                     sure.append(found)
                     if not self.others:
                         return found
-                if (good >= before).all() and not good.all():
-                    better.append((int(good.sum()), (tried.wave, numbers[0])))
         return max(sure, key=lambda mend: mend.helps, default=None)
 
     def _is_slow(self):
@@ -337,43 +262,41 @@ class _Search:
         row = int(np.argmin(seconds))
         return row, seconds[row]
 
-    def _written(self, steps, deep):
+    def _written(self, deep):
         """Return the formulas, written where other values are needed, that make all right; deep:
         whether long ones are looked for.
         """
-        needs, known = self._needs(steps)
-        found = [*needs.named(), *_found(known, short_formulas)]
-        mend = self._surest(found, needs, steps)
+        needs, known = self._needs()
+        found = _found(known, short_formulas)
+        mend = self._surest(found, needs)
         if mend or not deep:
             return mend
-        found += _found(known, long_formulas)
-        return self._surest(found, needs, steps)
+        return self._surest(found + _found(known, long_formulas), needs)
 
-    def _surest(self, found, needs, steps):
+    def _surest(self, found, needs):
         """Return the mend of the shortest of these formulas that makes all right; first of all one
         in a helper with which other functions become right, too.
         """
         different = {(place.number, *written): (place, *written) for place, *written in found}
         found = sorted(different.values(), key=_size)
         helpers = [one for one in found if one[0].function != self.function]
-        mends = self._sure_ones(helpers, needs, steps) if self.others else ()
+        mends = self._sure_ones(helpers, needs) if self.others else ()
         few = islice(mends, MOST_COMPARED)
         best = max(few, key=lambda mend: (mend.helps, -len(mend.changes)), default=None)
         if best and best.helps:
             return best
-        return next(self._sure_ones(found, needs, steps), None)
+        return next(self._sure_ones(found, needs), None)
 
-    def _sure_ones(self, found, needs, steps):
-        left = MOST_CHANGES - len(steps) + len(self.tried.steps)
-        for written in _together(found, needs.wrong, left):
-            tried = replace(self.tried, wave=None, steps=(*steps, written))
+    def _sure_ones(self, found, needs):
+        for written in _together(found, needs.wrong):
+            tried = replace(self.tried, wave=None, steps=(*self.tried.steps, written))
             if mend := self._sure(tried, []):
                 yield mend
 
-    def _needs(self, steps):
-        """Return what is needed after these steps, and places with what stands beside them."""
-        rows = self._wrong_rows(steps, reversed(self.asked), MOST_NEEDED)
-        needs = Needs(self.student, replace(self.tried, steps=steps), rows)
+    def _needs(self):
+        """Return what is needed, and places with what stands beside them."""
+        rows = self._wrong_rows(self.tried.steps, reversed(self.asked), MOST_NEEDED)
+        needs = Needs(self.student, self.tried, rows)
         known = [(need.place, needs.values(need)) for need in needs.all()]
         known = [pair for pair in known if pair[1] is not None]
         return needs, [*known, *needs.in_part()]
@@ -408,7 +331,7 @@ class _Search:
 
     def _came(self, rows, tried):
         plain = rows_from(rows.columns)
-        asked = replace(tried, numbers=[[] for _ in plain])
+        asked = tried and replace(tried, numbers=[[] for _ in plain])
         replies = self.student.ask(rows.exercise.name, plain, rows.constants, tried=asked)
         return numbers_of(rows.exercise, replies)
 
@@ -453,16 +376,16 @@ def _size(found):
     return long, -place.moved.sum(), len(place.text)
 
 
-def _together(found, wrong, most):
-    """Yield formulas to be written together so that all numbers that are wrong are covered; most:
-    of them, 1 or 2.
+def _together(found, wrong):
+    """Yield formulas to be written, one or two in places apart, so that all numbers that are wrong
+    are covered.
     """
     for count, (place, *one) in enumerate(found[:MOST_SURE]):
         left, first = wrong & ~place.moved, (place.number, *one)
         if not left.any():
             yield (first,)
             continue
-        for other, *more in found[count + 1 :] if most > 1 else ():
+        for other, *more in found[count + 1 :]:
             apart = not (other.moved & place.moved & wrong).any()
             if apart and other.moved[left].all():
                 yield first, (other.number, *more)
@@ -483,8 +406,7 @@ def _answerable(rows, questions):
         with np.errstate(all="ignore"):
             right = each.exercise.outcome(each.exercise.answer, each.robot, each.columns)
         places = np.flatnonzero(np.isfinite(right).all(axis=1) & ~each.refuse)
-        if len(places):
-            yield each.part(places)
+        yield each.part(places)
 
 
 def moving(rows: AskedRows, robot: Robot) -> AskedRows:

@@ -126,21 +126,9 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
     ("the order", r"tan2\(", "atan2 with x before y", "atan2(1, 0) is 90 degrees: what is yours?"),
     ("the order", r"^[^(\[].* @ ", "matrices in the wrong order", "Which of them must act first?"),
     ("the order", "", "the wrong order", ORDER),
-    (
-        "the order of lines",
-        "",
-        "lines in the wrong order",
-        "Which values have your names when each line is reached?",
-    ),
     ("a transpose", "", "a transpose forgotten or too much", SHAPES),
     ("an inverse", r"=>.*(inv|solve)\(", "an inverse forgotten", MATRICES),
     ("an inverse", "", "a wrong inverse", MATRICES),
-    (
-        "a matrix of ones",
-        "",
-        "a matrix of ones for the unit matrix",
-        "Multiply a matrix of ones by a vector: is that the vector?",
-    ),
     (
         "a matrix product",
         "",
@@ -148,10 +136,10 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
         "What does * do with two arrays, and what does @ do?",
     ),
     (
-        "a call",
-        "",
-        "a call with wrong arguments",
-        "What does each function that you call do with its argument?",
+        "a comparison",
+        r"=> .* \* .* < 0$",
+        "crossings in one direction alone",
+        "Which sign has the margin before the crossing, which one behind it? Is it always so?",
     ),
     (
         "a comparison",
@@ -161,30 +149,11 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
     ),
     ("a direction", "", "a quarter turn missing or the wrong way", DRAWN),
     (
-        "a conjugate",
-        "",
-        "a conjugate forgotten",
-        "Multiply two complex numbers on paper: is that their scalar product?",
-    ),
-    (
-        "an array in place",
-        "",
-        "an array changed under two names",
-        "Which other name means the same array, and changes with it?",
-    ),
-    (
-        "the indentation",
-        "",
-        "a line in the wrong block",
-        "Which lines belong to the loop or to the condition, and which come after?",
-    ),
-    (
         "a line unlike the other leg's",
         "",
         "a line unlike the other leg's",
         "Compare this line with that of the other leg.",
     ),
-    ("a line", "", "a line too much", "What does each line change? Is it needed?"),
 )
 
 

@@ -1,34 +1,10 @@
 """What a second question tells: typed numbers, answers that change, factors that other masses tell apart."""
 
-from dataclasses import replace
 
-import numpy as np
 import pytest
 
-import fivebar as fb
-from fivebar.grading import Exercise, Reply, check
-from fivebar.grading.second_look import changing, typed
-
-OWN, OTHER = fb.FiveBar(), fb.FiveBar(0.1, 0.11, 0.12, 0.13, 0.14, 0.003, 0.004, 0.7)
-Q = np.linspace(-1, 1, 9)
-EXERCISE = Exercise("f(q) -> x", lambda robot, q: robot.l11 * np.cos(q) + robot.d * robot.m)
-
-
-@pytest.mark.parametrize(
-    "names, told",
-    [
-        (["l11"], "l11 of your own"),
-        (["d"], "d of your own"),
-        (["l11", "m"], "l11 and m of"),
-        (["l11", "d", "m"], "l11, d and m of"),
-    ],
-)
-def test_the_fewest_typed_numbers_that_explain_all_are_named(names, told):
-    mixed = replace(OTHER, **{name: getattr(OWN, name) for name in names})
-    replies = [Reply("value", float(x)) for x in EXERCISE.answer(mixed, Q)]
-    assert typed(EXERCISE, OTHER, OWN, (Q,), replies, np.full(9, 1e-9)).name.startswith(told)
-    replies[3] = Reply("value", 0.5)
-    assert typed(EXERCISE, OTHER, OWN, (Q,), replies, np.full(9, 1e-9)) is None
+from fivebar.grading import Reply, check
+from fivebar.grading.second_look import changing
 
 
 def test_only_values_can_change():

@@ -150,6 +150,10 @@ def alternatives(place: Place) -> Alternatives:
     elif isinstance(node, ast.Compare) and len(node.ops) == 1:
         for other in _COMPARED.get(type(node.ops[0]), ()):
             yield 1, "a comparison", ast.Compare(node.left, [other()], node.comparators)
+    elif isinstance(node, ast.Compare) and all(isinstance(op, ast.Lt) for op in node.ops):
+        # One direction of a crossing alone: a < 0 < b.
+        product = ast.BinOp(node.left, ast.Mult(), node.comparators[-1])
+        yield 1, "a comparison", ast.Compare(product, [ast.Lt()], [ast.Constant(0)])
     elif isinstance(node, ast.BoolOp):
         other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
         yield 1, "a comparison", ast.BoolOp(other, node.values)
@@ -212,9 +216,6 @@ def _of_name(place):
     yield from ((0, "a function", name_of(other)) for other in FUNCTIONS.get(name, ()))
     if name not in scope.known:
         yield from ((0, "a variable", name_of(other)) for other in scope.stored)
-    arguments = scope.functions.get(name)
-    if arguments is not None and set(arguments) <= scope.names:
-        yield 1, "a call", ast.Call(place.node, [*map(name_of, arguments)], [])
 
 
 def _is_given_by_name(place):
@@ -401,8 +402,9 @@ def _of_call(place):
     if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
         return
     if len(arguments) == 1:
-        kind = "an inverse" if name.endswith("inv") else "a root" if name == "sqrt" else "a call"
-        yield 2, kind, arguments[0]
+        kind = "an inverse" if name.endswith("inv") else "a root"
+        if kind == "an inverse" or name == "sqrt":
+            yield 2, kind, arguments[0]
         if kind == "an inverse":
             yield 2, "an inverse", transposed(arguments[0])
     elif len(arguments) <= MOST_ARGUMENTS:
@@ -415,10 +417,6 @@ def _of_call(place):
         matrix, vector = arguments
         yield 1, "an inverse", ast.BinOp(matrix, ast.MatMult(), vector)
         yield 1, "a transpose", ast.Call(node.func, [transposed(matrix), vector], [])
-    if name == "ones" and isinstance(arguments[0], ast.Tuple):
-        numpy = ast.unparse(getattr(node.func, "value", ast.Name(NUMPY)))
-        eye = ast.parse(f"{numpy}.eye", mode="eval").body
-        yield 1, "a matrix of ones", ast.Call(eye, arguments[0].elts[:1], [])
     quotient = arguments[0]
     if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
         both = [quotient.left, quotient.right]
@@ -434,9 +432,6 @@ def _of_call(place):
     if isinstance(last, ast.BinOp) and isinstance(last.op, ast.Add | ast.Sub):
         inner = ast.Call(node.func, [*arguments[:-1], last.left], keywords)
         yield 1, "a bracket", ast.BinOp(inner, last.op, last.right)
-    forgotten = scope.functions.get(name, [])[len(arguments) :]
-    if forgotten and not keywords and set(forgotten) <= scope.names:
-        yield 1, "a call", ast.Call(node.func, [*arguments, *map(name_of, forgotten)], [])
 
 
 def exchanges(parts: list) -> Iterator[list]:
@@ -463,9 +458,6 @@ def _of_list(node):
 
 def _of_subscript(node, place):
     index = node.slice
-    called = getattr(node.value, "id", "") in place.scope.functions
-    if called:
-        yield 1, "a call", ast.Call(node.value, getattr(index, "elts", [index]), [])
     if isinstance(index, ast.Slice):
         yield 1, "the order", node.value
     elif isinstance(index, ast.Tuple) and len(index.elts) == 2:
@@ -484,9 +476,7 @@ def _part(node, index):
 
 
 def _indices(node, scope):
-    """Yield other indices, or other keys of the file's dictionaries."""
+    """Yield other indices."""
     value = getattr(node, "value", None)
     if type(value) is int:
         yield from (ast.Constant(k) for k in range(3) if k != value)
-    elif isinstance(node, ast.Constant) and isinstance(value, str):
-        yield from (ast.Constant(key) for key in scope.keys if key != value)
