@@ -227,8 +227,8 @@ class _Search:
         """Return the first change of a wave that makes all right."""
         if (few := self._wrong_rows(tried.steps)) is None:
             return None
-        before = self._right(few, tried, [[]])[0]
         fastest, seconds = self._fastest(few)
+        before = self._right(few, tried, [[]])[0]
         every = [[k] for k in range(self.student.changes_count)]
         sure: list[Mend] = []
         for some in batches(every, max(LEAST_AT_ONCE, int(AT_A_TIME / seconds))):

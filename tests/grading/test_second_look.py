@@ -1,6 +1,5 @@
 """What a second question tells: typed numbers, answers that change, factors that other masses tell apart."""
 
-
 import pytest
 
 from fivebar.grading import Reply, check
