@@ -122,8 +122,8 @@ def hand_out(arguments, lab, secret):
     """Write each student's own student.py, or the lab's own and the files that tell of his
     robot.
     """
+    from ..grading.intake.students_robots import draw_for, id_key, robot_for
     from ..grading.report.outputs import file_name, write_whole
-    from ..grading.variants import draw_for, id_key, robot_for
 
     if arguments.out is None or secret is None:
         raise UsageError("--hand-out needs --out DIR and the course's secret")

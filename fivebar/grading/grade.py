@@ -19,11 +19,11 @@ import pytest
 
 from ..base.progress import progress
 from ..models.robots import Robot
+from .intake.program import Job, NoProgram, Program, session
+from .intake.students_robots import PUBLIC_SEED
 from .labs import Lab, find_lab
 from .plugin import Checks
-from .program import Job, NoProgram, Program, session
 from .report.shown import ShownReport
-from .variants import PUBLIC_SEED
 from .worker.sandbox import IsolationError, KilledError
 from .worker.submission import MOST_ARCHIVE
 

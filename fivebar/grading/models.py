@@ -8,10 +8,10 @@ import numpy as np
 
 from ..models import geometry
 from ..models.robots import Biglide, FiveBar, Robot
+from .advice.derivation import Derivation
+from .advice.slips import BOTH, SLIPS
 from .columns import Array, Columns
 from .exercise import Exercise, Misconception
-from .misconceptions.derivation import Derivation
-from .misconceptions.slips import BOTH, SLIPS
 
 Kind = type[FiveBar] | type[Biglide]
 FOUR, RATES = "q11, q12, q21, q22", "q11D, q12D, q21D, q22D"

@@ -4,10 +4,10 @@ import re
 
 import pytest
 
-from fivebar.grading.advice import Advice
+from fivebar.grading.advice.advice import Advice
 from fivebar.grading.grade import check, grade
+from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
 from tests.helpers import DATA
 from tests.helpers.hand_ins import FOLDER
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fivebar.grading import check
-from fivebar.grading.following import Helped, modelled, reached
 from fivebar.grading.grade import grade
-from fivebar.grading.judge import Verdict, varies
+from fivebar.grading.intake.program import Job
+from fivebar.grading.judging.judge import Verdict, varies
+from fivebar.grading.judging.with_right_ones import Helped, modelled, reached
 from fivebar.grading.labs import Lab, find_lab
-from fivebar.grading.program import Job
 from fivebar.grading.worker.cell.stand_in import StandIn
 from fivebar.grading.worker.student import Student
 from fivebar.grading.worker.submission import Submission

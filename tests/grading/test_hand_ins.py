@@ -4,10 +4,10 @@ from functools import partial
 
 import numpy as np
 import pytest
+from fivebar.grading.advice.advice.slips import SLIPS
 
 import fivebar as fb
 from fivebar.grading.labs import find_lab
-from fivebar.grading.misconceptions.slips import SLIPS
 from fivebar.grading.models import derived
 from fivebar.grading.samples import unequal_biglide, unequal_robot
 from fivebar.grading.ten_models import columns_of, motions

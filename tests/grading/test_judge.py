@@ -7,7 +7,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception, Reply, judge
-from fivebar.grading.judge import came_text, rows_right
+from fivebar.grading.judging.judge import came_text, rows_right
 from fivebar.grading.labs import find_lab
 from fivebar.grading.worker.replies import KINDS
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from fivebar.grading.intake.students_robots import robot_for
 from fivebar.grading.labs import find_lab
-from fivebar.grading.variants import robot_for
 from tests.helpers.hand_ins import HandIn, graded
 from tests.helpers.lab_session import FOLDERS, LABS, SOLUTIONS, load, mistakes, results, score
 

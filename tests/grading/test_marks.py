@@ -16,8 +16,8 @@ from fivebar.grading.course.gradebook import moodle_time
 from fivebar.grading.course.marks import Mark
 from fivebar.grading.course.settings import offer_settings, read_settings
 from fivebar.grading.course.sheet import read_sheet
+from fivebar.grading.judging.results import Check, Report
 from fivebar.grading.labs import find_lab
-from fivebar.grading.results import Check, Report
 
 from ..helpers.grading_lab import HALF, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
 

@@ -12,11 +12,11 @@ import pytest
 from fivebar.grading import plugin
 from fivebar.grading.exercise import Misconception
 from fivebar.grading.grade import check, grade
-from fivebar.grading.judge import Verdict
+from fivebar.grading.intake.program import Job
+from fivebar.grading.judging.judge import Verdict
+from fivebar.grading.judging.results import Check
 from fivebar.grading.labs import find_lab
 from fivebar.grading.plugin import Checks
-from fivebar.grading.program import Job
-from fivebar.grading.results import Check
 from fivebar.grading.worker import places
 from fivebar.grading.worker.wire import Garbled, told, whole
 from tests.helpers.hand_ins import FOLDER, hand_ins

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.grading.advice.names import KINDS, Quantities, named_change
 from fivebar.grading.columns import QUARTER
+from fivebar.grading.judging.questions import rows_of
 from fivebar.grading.labs import find_lab
-from fivebar.grading.names import KINDS, Quantities, named_change
-from fivebar.grading.questions import rows_of
 from fivebar.grading.samples import unequal_robot
 from fivebar.grading.ten_models import columns_of, motions
 from fivebar.grading.worker.wire import Change

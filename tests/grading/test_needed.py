@@ -8,16 +8,16 @@ from itertools import chain
 
 import numpy as np
 import pytest
+from fivebar.grading.advice.advice.formulas import OLD, Values, long_formulas, short_formulas
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fivebar.grading.beside import known_values
-from fivebar.grading.formulas import OLD, Values, long_formulas, short_formulas
+from fivebar.grading.advice.needed_values import Place
+from fivebar.grading.advice.search import _size
+from fivebar.grading.advice.values_beside import known_values
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
-from fivebar.grading.mends import _size
-from fivebar.grading.needed import Place
-from fivebar.grading.program import Job
 from fivebar.grading.worker import places
 from fivebar.grading.worker.wire import MOST_BESIDE, Change, Garbled, beside_of, visits_of
 from tests.helpers.hand_ins import FOLDER

@@ -3,7 +3,7 @@
 import pytest
 
 from fivebar.grading import Reply, check
-from fivebar.grading.second_look import changing
+from fivebar.grading.judging.changing_answers import changing
 
 
 def test_only_values_can_change():

@@ -4,9 +4,9 @@ import pytest
 
 from fivebar.cli import main
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
-from fivebar.grading.tries import tries_file, with_try_counted
+from fivebar.grading.report.tries import tries_file, with_try_counted
 from tests.helpers.hand_ins import hand_ins
 
 

@@ -16,7 +16,8 @@ from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from fivebar.grading import diagnosis, formulas, mends
+from fivebar.grading.advice import formulas, search
+from fivebar.grading.judging import diagnosis
 from fivebar.grading.labs import find_lab
 from tests.helpers.hand_ins import FOLDER, HandIn, graded, hand_ins
 from tests.helpers.hand_ins import mends as is_mended
@@ -72,7 +73,7 @@ def traced(origins):
     for name in FORMULAS:
         setattr(formulas, name, _traced_formula(getattr(formulas, name), name, origins))
     for name in CHANGES:
-        setattr(mends._Search, name, _traced_search(getattr(mends._Search, name), name, origins))
+        setattr(search._Search, name, _traced_search(getattr(search._Search, name), name, origins))
 
 
 def _traced_formula(plain, name, origins):

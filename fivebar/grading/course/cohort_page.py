@@ -10,10 +10,10 @@ from urllib.parse import quote
 
 from ...visualization.document import table
 from ..intake.hand_in import Left
+from ..judging.results import Report
 from ..report.outputs import CHECK_COLUMNS, check_rows, csv_text, file_name, write_whole
 from ..report.page import page, text
 from ..report.text import number
-from ..results import Report
 from .cohort import trouble_of
 from .items import has_marks, items, misconceptions, scores_text, students_text
 

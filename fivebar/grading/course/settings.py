@@ -14,9 +14,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ...base.errors import UsageError
+from ..judging.results import Report
 from ..labs import Lab
 from ..report.outputs import write_whole
-from ..results import Report
 
 FILE = "course.toml"
 TEMPLATE = """\

@@ -10,7 +10,7 @@ import textwrap
 from collections.abc import Iterator
 
 from ...base.representation import printable
-from ..results import Check, Report
+from ..judging.results import Check, Report
 from ..worker.replies import KINDS
 
 COLOURS = {"right": "32", "to do": "36", "partly": "33", "wrong": "31", "broken": "35"}

@@ -9,16 +9,16 @@ from itertools import chain, starmap
 
 import numpy as np
 
-from ..base.backend import wrap
-from .beside import known_values
-from .following import Helped
+from ...base.backend import wrap
+from ..judging.judge import numbers_of
+from ..judging.questions import AskedRows, rows_from
+from ..judging.relations import largest
+from ..judging.with_right_ones import Helped
+from ..worker.replies import Reply
+from ..worker.student import Tried
+from ..worker.wire import Change
 from .formulas import OLD, Values
-from .judge import numbers_of
-from .questions import AskedRows, rows_from
-from .relations import largest
-from .worker.replies import Reply
-from .worker.student import Tried
-from .worker.wire import Change
+from .values_beside import known_values
 
 ARGUMENT = "an argument"
 ALL = -1  # in place of a place whose visits are told

@@ -12,10 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ..models.robots import Robot
-from .columns import Columns
-from .exercise import Exercise, Misconception
-from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
+from ...models.robots import Robot
+from ..columns import Columns
+from ..exercise import Exercise, Misconception
+from .of_any_function import arguments_exchanged, in_degrees, returned_in_degrees
 from .relations import constant, constant_part, exchanged, largest
 
 EXACT = 1e-9  # of a wrong model's largest answer

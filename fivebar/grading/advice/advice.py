@@ -7,15 +7,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from .following import builds_on
-from .labs import Lab
-from .mends import MOST_FUNCTIONS, Mend, find_mend
-from .questions import AskedRows
-from .report.text import not_started
-from .results import Check, checked
+from ..judging.questions import AskedRows
+from ..judging.results import Check, checked
+from ..judging.with_right_ones import builds_on
+from ..labs import Lab
+from ..report.text import not_started
+from .search import MOST_FUNCTIONS, Mend, find_mend
 
 if TYPE_CHECKING:
-    from .plugin import Checks
+    from ..plugin import Checks
 
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first

@@ -12,18 +12,18 @@ from itertools import islice
 
 import numpy as np
 
-from ..models.robots import Robot
-from .following import Helped, builds_on, reached, spread, with_right_called
+from ...models.robots import Robot
+from ..intake.program import Program
+from ..judging.judge import numbers_of, numbers_right
+from ..judging.questions import AskedRows, Questions, rows_from
+from ..judging.with_right_ones import Helped, builds_on, reached, spread, with_right_called
+from ..labs import Lab
+from ..ten_models import TEN, columns_of, motions
+from ..worker.student import Tried
+from ..worker.wire import Change
 from .formulas import MATH, OLD, long_formulas, short_formulas
-from .judge import numbers_of, numbers_right
-from .labs import Lab
 from .names import named
-from .needed import AT_ONCE, Needs, batches
-from .program import Program
-from .questions import AskedRows, Questions, rows_from
-from .ten_models import TEN, columns_of, motions
-from .worker.student import Tried
-from .worker.wire import Change
+from .needed_values import AT_ONCE, Needs, batches
 
 SLOW, TIMED = 5e-3, 8  # s, of a call of which only likely changes are tried; calls timed
 AT_A_TIME, LEAST_AT_ONCE = 5.0, 16  # s of calls that are asked together, and changes

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .exercise import Misconception
-from .worker.replies import Reply
+from ..exercise import Misconception
+from ..worker.replies import Reply
 
 CHANGES = Misconception(
     "another answer to the same question, asked again",

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .columns import Array, inverse
-from .misconceptions.derivation import Derivation, turned
-from .questions import AskedRows, rows_from
-from .worker.student import Tried
-from .worker.wire import Change
+from ..columns import Array, inverse
+from ..judging.questions import AskedRows, rows_from
+from ..worker.student import Tried
+from ..worker.wire import Change
+from .derivation import Derivation, turned
 
 ALL = -1  # in place of a place's number: all are told
 ROWS = 6  # in which values are compared

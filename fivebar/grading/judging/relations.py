@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .exercise import Misconception
+from ..exercise import Misconception
 
 if TYPE_CHECKING:
     from .diagnosis import Answers

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from ..models.robots import Robot
-from .exercise import Exercise
+from ...models.robots import Robot
+from ..exercise import Exercise
+from ..intake.program import Program
+from ..labs import Lab
+from ..worker.live import Live
+from ..worker.replies import Reply
+from ..worker.student import LIMIT, Tried
 from .judge import Verdict
-from .labs import Lab
-from .program import Program
 from .relations import MODES
-from .worker.live import Live
-from .worker.replies import Reply
-from .worker.student import LIMIT, Tried
 
 MOST_ASKED = 30_000  # rows of right functions in a check
 MOST_KEPT = 2_000

@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..models.robots import Robot
-from .columns import Columns
-from .exercise import Exercise
-from .following import modelled, some
+from ...models.robots import Robot
+from ..columns import Columns
+from ..exercise import Exercise
+from ..intake.program import Program
+from ..labs import Lab
+from ..values import Unfit, read
+from ..worker.replies import Reply
+from .changing_answers import CHANGES, changing
 from .judge import Verdict, judge
-from .labs import Lab
-from .program import Program
-from .second_look import CHANGES, changing
-from .values import Unfit, read
-from .worker.replies import Reply
+from .with_right_ones import modelled, some
 
 CLOSE = (
     1e-6  # of the largest right answer: what is no further off spoils no function that builds on it

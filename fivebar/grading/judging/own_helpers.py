@@ -12,16 +12,16 @@ from functools import cache
 
 import numpy as np
 
-from ..models.robots import Biglide, FiveBar
-from .columns import joint_motion
-from .exercise import Exercise
+from ...models.robots import Biglide, FiveBar
+from ..columns import joint_motion
+from ..exercise import Exercise
+from ..intake.program import Program
+from ..labs import Lab
+from ..models import HELPERS, exercises_on
+from ..ten_models import motions
+from ..worker.replies import Reply
 from .judge import Verdict, judge
-from .labs import Lab
-from .models import HELPERS, exercises_on
-from .program import Program
 from .questions import rows_from
-from .ten_models import motions
-from .worker.replies import Reply
 
 ROWS, RELATED, TOLERANCE = 64, 0.4, 1e-6
 MOST = 5  # wrong helpers that are looked at

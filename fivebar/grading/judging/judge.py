@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..models.robots import Robot
-from .columns import Columns
+from ...models.robots import Robot
+from ..columns import Columns
+from ..exercise import Exercise, Misconception
+from ..values import Unfit, read
+from ..worker.replies import KINDS, Reply
 from .diagnosis import Answers, diagnose, difference
-from .exercise import Exercise, Misconception
 from .relations import differences, largest
-from .values import Unfit, read
-from .worker.replies import KINDS, Reply
 
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a

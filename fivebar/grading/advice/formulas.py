@@ -11,7 +11,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from ..base.backend import wrap
+from ...base.backend import wrap
 
 OLD = "__old__"  # what stands in the place now
 CLOSE = 1e-6  # of the largest value: the robot's numbers are typed with seven digits
