@@ -7,7 +7,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception, Reply, judge
-from fivebar.grading.judging.judge import came_text, rows_right
+from fivebar.grading.judging.judge import came_text
 from fivebar.grading.labs import find_lab
 from fivebar.grading.worker.replies import KINDS
 
@@ -268,19 +268,6 @@ def test_the_labs_own_measure_is_told_beside_the_verdict():
         == "mean errors 0.4 and 0.1: OK (threshold 0.5)"
     )
     assert told(x + np.nan, q) == "" == line(x, q + 0.2).beside
-
-
-def test_rows_that_are_right():
-    x, q = A * B, 1e-3 * A
-    replies = [Reply("value", list(row)) for row in zip(x + [0, 3e-6, 5e-6], q + [0, 0, 2 * np.pi])]
-    tolerance = np.array([1e-9, 1e-6, 1e-6])
-    assert rows_right(LINE, None, (A, B), replies, tolerance).tolist() == [True, True, False]
-    # an angle's limit is of one radian
-    beside = [Reply("value", list(row)) for row in zip(x, q + [0, 0, 1.1e-6])]
-    assert rows_right(LINE, None, (A, B), beside, np.full(3, 1e-6)).tolist() == [True, True, False]
-    nan = Reply("value", [np.nan, np.nan])
-    came = rows_right(LINE, None, (A, B), [nan, *replies[1:]], tolerance)
-    assert came.tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize(

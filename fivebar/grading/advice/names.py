@@ -147,7 +147,7 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
         "a wrong condition",
         "Go through your conditions: which case do they choose, and when?",
     ),
-    ("a direction", "", "a quarter turn missing or the wrong way", DRAWN),
+    ("a direction", "", "a turn missing or the wrong way", DRAWN),
     (
         "a line unlike the other leg's",
         "",

@@ -444,16 +444,19 @@ def exchanges(parts: list) -> Iterator[list]:
 
 
 def _of_list(node):
-    """Yield a list in other orders, and a vector turned by +-90 degrees."""
+    """Yield a list in other orders, and a vector turned by +-90 and by 180 degrees."""
     parts, kind = node.elts, type(node)
     for order in exchanges(parts):
         yield 1, "the order", kind(order, ast.Load())
     if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
         x, y = parts
-        left = ast.UnaryOp(ast.USub(), y), x
-        right = y, ast.UnaryOp(ast.USub(), x)
-        yield 2, "a direction", kind([*left], ast.Load())
-        yield 2, "a direction", kind([*right], ast.Load())
+        for turned in ([_negative(y), x], [y, _negative(x)], [_negative(x), _negative(y)]):
+            yield 2, "a direction", kind(turned, ast.Load())
+
+
+def _negative(node):
+    is_negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
+    return node.operand if is_negative else ast.UnaryOp(ast.USub(), node)
 
 
 def _of_subscript(node, place):
