@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
 
 from ..models import geometry
 from ..models.robots import Biglide, FiveBar, Robot
-from .advice.derivation import Derivation
+from .advice.derivation import Derivation, Step
 from .advice.slips import BOTH, SLIPS
 from .columns import Array, Columns
 from .exercise import Exercise, Misconception
@@ -64,7 +65,7 @@ RIGHT = {
 }
 
 
-def derived(name: str, steps: dict, robot: Robot, *row: Array) -> Columns:
+def derived(name: str, steps: Mapping[str, Step], robot: Robot, *row: Array) -> Columns:
     """Return what a function of the labs gives with other steps in its derivation, as columns."""
     signature, wanted = MODELS[name]
     arguments, returns = (part.split(", ") for part in signature.split(") -> "))

@@ -4,9 +4,9 @@ from functools import partial
 
 import numpy as np
 import pytest
-from fivebar.grading.advice.advice.slips import SLIPS
 
 import fivebar as fb
+from fivebar.grading.advice.slips import SLIPS
 from fivebar.grading.labs import find_lab
 from fivebar.grading.models import derived
 from fivebar.grading.samples import unequal_biglide, unequal_robot

@@ -8,10 +8,10 @@ from itertools import chain
 
 import numpy as np
 import pytest
-from fivebar.grading.advice.advice.formulas import OLD, Values, long_formulas, short_formulas
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fivebar.grading.advice.formulas import OLD, Values, long_formulas, short_formulas
 from fivebar.grading.advice.needed_values import Place
 from fivebar.grading.advice.search import _size
 from fivebar.grading.advice.values_beside import known_values
@@ -123,11 +123,6 @@ def test_nobody_forgets_to_divide_by_a_rate():
     values = Values(here["a"], here["a"] / here["w"], {"wD": here["w"]})
     assert not [*formulas(values)]
     assert next(formulas(Values(values.old, values.wanted, {"w": here["w"]})))[0] == "a factor"
-
-
-def test_rates_of_two_kinds_have_a_difference():
-    visits = [{"yD": [0.3], "q11D": [0.7], OLD: [1.0]}, {"yD": [0.4], "q11D": [0.1], OLD: [1.0]}]
-    assert known_values(visits, 1)["(yD - q11D)"] == pytest.approx([-0.4, 0.3])
 
 
 def test_a_matrix_times_two_rates_that_belong_together_is_known():

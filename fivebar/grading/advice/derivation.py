@@ -25,7 +25,8 @@ class Derivation:
     """
 
     def __init__(self, robot: Robot, given: Mapping[str, Array], steps: Mapping[str, Step]):
-        self.robot, self._given, self._steps = robot, given, steps
+        self.robot: Any = robot
+        self._given, self._steps = given, steps
         if "robot" in steps:
             self.robot = steps["robot"](self)
         self.turns = self.robot.turns

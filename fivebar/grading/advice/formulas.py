@@ -65,7 +65,7 @@ class Values:
 
 def short_formulas(values: Values) -> Iterator[Found]:
     """Yield formulas that are worth what is needed, with one other value at most."""
-    steps = (_another, _of_itself, _of_another, _with_one)
+    steps = (_another, _of_itself, _with_one)
     with np.errstate(all="ignore"):
         for step in steps if values.slopes is None else (_with_another,):
             yield from step(values)
@@ -113,19 +113,6 @@ def _another(values):
         for name, value in values.beside.items():
             if values.alike(value, values.wanted):
                 yield "a variable", name
-
-
-def _of_another(values):
-    """Yield another value times a number in place of the old one."""
-    wanted = values.wanted
-    if values.alike(wanted, 0 * wanted):
-        yield "a term", "0"
-        return
-    for name, value in values.beside.items():
-        if values.alike(value, wanted):
-            continue
-        if factor := _number(wanted / value):
-            yield "a formula", _times(factor, name)
 
 
 def _with_one(values):

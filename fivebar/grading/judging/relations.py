@@ -116,7 +116,7 @@ def largest(answers: np.ndarray) -> np.ndarray:
 
 
 def differences(answers: Answers) -> Iterator[str]:
-    """Yield what differs in wrong answers of no known mistake: a sign, half a turn, which rows."""
+    """Yield what differs in wrong answers of no known mistake: a sign, half a turn."""
     known = _known(answers)
     wrong = known & ~answers.good
     came = answers.came[wrong]
@@ -135,7 +135,6 @@ def differences(answers: Answers) -> Iterator[str]:
     elif np.all(of_values <= CLOSE * scale):
         off = np.max(of_values / scale)
         yield f"close to the right value: off by at most {100 * off:.2g} %"
-    yield from _which_rows(answers, known, wrong)
 
 
 def _half_a_turn_off(answers, came, expected, limits):
@@ -145,26 +144,3 @@ def _half_a_turn_off(answers, came, expected, limits):
     # Half a turn is a whole one of the doubled angle.
     of_doubled = answers.difference(2 * came, 2 * expected)
     return np.all(of_doubled <= 2 * limits)
-
-
-def _which_rows(answers, known, wrong):
-    """Yield the sign that all wrong rows have and no right one has."""
-    if not np.any(known & ~wrong):
-        return
-    row = dict(zip(answers.exercise.arguments, answers.columns))
-    signs = {}
-    for name in MODES:
-        if name in row:
-            signs[name] = np.asarray(row[name])
-    joints = {"q11", "q12", "q21", "q22"}
-    if joints <= row.keys() and answers.robot.turns:
-        signs["sin q12"] = np.sin(row["q12"])
-        signs["sin q22"] = np.sin(row["q22"])
-        right_bar = row["q21"] + row["q22"]
-        difference = right_bar - row["q11"] - row["q12"]
-        signs["det A"] = np.sin(difference)
-    for name, value in signs.items():
-        cases = {"> 0": value > 0, "< 0": value < 0}
-        for word, rows in cases.items():
-            if np.array_equal(wrong[known], rows[known]):
-                yield f"wrong where {name} {word}, right elsewhere"

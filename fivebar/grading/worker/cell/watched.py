@@ -97,14 +97,18 @@ def flat(value: Any) -> list[float] | None:
     if isinstance(value, complex):
         return [value.real, value.imag] if abs(value) < 1e12 else None
     if isinstance(value, list | tuple):
-        parts = [flat(part) for part in value[: MOST_NUMBERS + 1]]
-        numbers = None if None in parts else [*chain.from_iterable(parts)]
-        return numbers if numbers and len(numbers) <= MOST_NUMBERS else None
+        numbers: list[float] = []
+        for part in value[: MOST_NUMBERS + 1]:
+            inside = flat(part)
+            if inside is None:
+                return None
+            numbers += inside
+        return numbers if 0 < len(numbers) <= MOST_NUMBERS else None
     if numpy is None or not isinstance(value, numpy.ndarray | numpy.number):
         return None
     if value.size > MOST_NUMBERS or value.dtype.kind not in "iufc":
         return None
-    parts = value.ravel().tolist()
+    parts: list = value.ravel().tolist()
     if value.dtype.kind == "c":
         pairs = [(part.real, part.imag) for part in parts]
         parts = [*chain.from_iterable(pairs)]
