@@ -99,6 +99,7 @@ def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
     words, exercises = kind.words, []
     known = BOTH, "five-bar" if kind.turns else "biglide"
     places = {"base": words.base, "pivots": words.pivots, "pivot": words.pivots}
+    places["inertias"] = " and ".join(words.inertias)
     for name in names:
         wrong = []
         for slip in SLIPS:

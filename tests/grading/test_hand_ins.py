@@ -117,7 +117,8 @@ def test_a_derivation_is_the_right_model_and_each_slip_spoils_some_function(lab)
             names.add(wrong.name)
             if not np.all(apart(exercise, came, right) <= limits):
                 spoil.add(wrong.name)
-    assert names == spoil and len(SLIPS) <= 60
+    of_nowhere = {"root of an absolute value", "height 0 where the bars do not meet"}
+    assert names - of_nowhere == spoil and len(SLIPS) <= 60  # these tell where no pose exists
 
 
 def apart(exercise, a, b):

@@ -125,6 +125,11 @@ def test_nobody_forgets_to_divide_by_a_rate():
     assert next(formulas(Values(values.old, values.wanted, {"w": here["w"]})))[0] == "a factor"
 
 
+def test_rates_of_two_kinds_have_a_difference():
+    visits = [{"yD": [0.3], "q11D": [0.7], OLD: [1.0]}, {"yD": [0.4], "q11D": [0.1], OLD: [1.0]}]
+    assert known_values(visits, 1)["(yD - q11D)"] == pytest.approx([-0.4, 0.3])
+
+
 def test_a_matrix_times_two_rates_that_belong_together_is_known():
     draw = np.random.default_rng(14)
     visits = []

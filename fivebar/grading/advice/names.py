@@ -248,7 +248,8 @@ class Quantities:
         """
         yield from self.plain
         yield from self.named
-        words = [{*_WORD.findall(text)} for text in (change.old, change.new)]
+        new = change.new.split(", in ")[0]
+        words = [{*_WORD.findall(text)} for text in (change.old, new)]
         if words[0] != words[1]:
             yield from self.lengths_and_masses
 
@@ -352,7 +353,7 @@ def _related(old, new, quantity, others):
             for relation in WITH_ANOTHER:
                 if name != quantity and value.shape[1] in (1, old.shape[1]):
                     a, b = np.broadcast_arrays(*relation.holds(old, new, value))
-                    if _alike(a, b) and np.ptp(a, axis=0).any():
+                    if _alike(a, b) and np.ptp(a, axis=0).max() > CLOSE * np.abs(a).max():
                         text = relation.name.format(P=name, Q=quantity)
                         return text.removesuffix(" in ").removesuffix(
                             " in place of "

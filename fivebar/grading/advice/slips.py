@@ -28,6 +28,7 @@ SPEED = "Let the motors run at constant speed: is the end-effector's acceleratio
 SIGN = "The derivative of v is minus the rate times u. Which signs do the two terms get?"
 RATE = "How fast does the distal bar turn against the fixed frame?"
 AWAY = "The end moves with the {pivots} and turns about it. Did you take that share away?"
+ROOT = "Can the bars really meet there? Measure them in the pose that you return."
 ENERGY = "xi' = J q'. Write the kinetic energy with q'."
 POWER = "m (A^-1 d) is a force. Which efforts is it worth?"
 
@@ -71,6 +72,10 @@ def _joined(wrong, good, leg):
     return np.where(own if good.ndim < 3 else own[:, None], wrong, good)
 
 
+def _leg_bar(s):
+    return s.proximal if s.turns else s.distal
+
+
 def _lengths(**names):
     """Return the step that takes some of the robot's numbers for others."""
 
@@ -101,7 +106,33 @@ SLIPS = (
         POWER,
         {"c": lambda s: product(turned(s.J), product(s.M, product(s.J, s.d)))},
     ),
+    Slip("{inertias} forgotten in M", ENERGY, {"Z": lambda s: 0 * right("Z", s)}),
+    # passive rates and accelerations
+    Slip(
+        "absolute rate or acceleration instead of relative",
+        RATE,
+        {"own_turning": lambda s: 0 * s.turning},
+        legs=True,
+        robots=FIVE_BAR,
+    ),
+    Slip("share of the {pivots} forgotten", AWAY, {"of_pivot": lambda s: 0 * s.of_tip}, legs=True),
     # geometry
+    Slip(
+        "root of an absolute value",
+        ROOT,
+        {
+            "h": lambda s: np.sqrt(np.abs(s.distal[1] ** 2 - s.a**2)),
+            "rise": lambda s: np.sqrt(np.abs(_leg_bar(s) ** 2 - s.b**2)),
+        },
+    ),
+    Slip(
+        "height 0 where the bars do not meet",
+        ROOT,
+        {
+            "h": lambda s: np.sqrt(np.maximum(s.distal[1] ** 2 - s.a**2, 0)),
+            "rise": lambda s: np.sqrt(np.maximum(_leg_bar(s) ** 2 - s.b**2, 0)),
+        },
+    ),
     Slip("other assembly mode", MODE, {"mode": lambda s: -right("mode", s)}),
     Slip("assembly mode never used", MODE, {"mode": lambda s: -1}),
     Slip("assembly mode always +1", MODE, {"mode": lambda s: 1}),
@@ -228,11 +259,6 @@ SLIPS = (
         {"A": lambda s: s.u2[..., ::-1]},
         legs=True,
     ),
-    Slip(
-        "legs exchanged in A",
-        "The first row belongs to the left leg.",
-        {"A": lambda s: s.u2[:, ::-1]},
-    ),
     Slip("A transposed", ROW, {"A": lambda s: turned(s.u2)}),
     Slip(
         "proximal bars instead of distal bars in A",
@@ -332,9 +358,7 @@ SLIPS = (
         _lengths(l11="l12", l12="l11", l21="l22", l22="l21"),
         robots=FIVE_BAR,
     ),
-    Slip("distal bars exchanged", LENGTH, _lengths(l12="l22", l22="l12"), robots=FIVE_BAR),
     Slip("l11 for l12 and l21 for l22", LENGTH, _lengths(l12="l11", l22="l21"), robots=FIVE_BAR),
-    Slip("l12 for l22", LENGTH, _lengths(l22="l12"), robots=FIVE_BAR),
     Slip("bars exchanged", LENGTH, _lengths(l1="l2", l2="l1"), robots=BIGLIDE),
     Slip("l1 for both bars", LENGTH, _lengths(l2="l1"), robots=BIGLIDE),
 )

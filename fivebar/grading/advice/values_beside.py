@@ -14,6 +14,7 @@ from .formulas import MATH, NUMPY, OLD
 DIGITS = 9  # after the point, in which two values are the same
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _ARRAY = re.compile(r"[A-Za-z_][\w.]*(\(\w+\))?")  # a name, or what a function gives for one
+_RATE = re.compile(r"\w*[^D]D")
 _ANGLE = re.compile(r"\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?")
 
 
@@ -32,8 +33,10 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         if len(sizes) == 1 and _ARRAY.fullmatch(text):
             arrays[text] = np.array(parts)
     old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
+    plain = dict(numbers)
     numbers |= _sums(numbers)
     numbers |= _turned(numbers)
+    numbers |= _speeds(plain)
     if size == 1:
         numbers |= _products(arrays)
     else:
@@ -49,6 +52,16 @@ def _sums(numbers):
         if _NAME.fullmatch(one) and _kin(one) == _kin(other):
             made[f"({one} + {other})"] = a + b
             made[f"({one} - {other})"] = a - b
+    return made
+
+
+def _speeds(numbers):
+    """Return the differences of rates of other kinds: yD and q11D."""
+    rates = [name for name in numbers if _RATE.fullmatch(name)]
+    made = {}
+    for one, other in combinations(rates, 2):
+        if _kin(one) != _kin(other):
+            made[f"({one} - {other})"] = numbers[one] - numbers[other]
     return made
 
 
