@@ -335,13 +335,13 @@ def test_an_untouched_template_of_another_year_accuses_nobody():
 
 
 def test_the_settings_that_are_offered_are_in_the_words_of_the_lab(tmp_path):
-    for name, check in (("lab2_kinematics", "test_A"), ("amoro", "test_dgm_all_over")):
+    for name in ("lab2_kinematics", "amoro"):
         offer_settings(tmp_path, find_lab(name))
         path = tmp_path / "course.toml"
         assert f"[points.{name}]" in path.read_text("utf-8")
         shown = path.read_text("utf-8").split("\n\n", 1)[1].replace('"sympy"', '"numpy"')
         path.write_text(shown.replace("# ", "", 1).replace("\n# ", "\n"), "utf-8")
-        assert any(check in pattern for pattern in read_settings(tmp_path).points[name])
+        assert {"test_*": 0.5}.items() < read_settings(tmp_path).points[name].items()
         path.unlink()
 
 
