@@ -42,7 +42,8 @@ def feasible_parts(aspect: Aspect) -> tuple[Aspect, ...]:
     borders = [arc for loop in aspect.boundary for arc in loop]
     arcs = facing(borders, aspect.allowed, size, lambda z: np.zeros(len(z), bool))
     arcs += facing(aspect.walls, within, size)
-    outer, holes = [], []
+    outer: list[tuple] = []
+    holes: list[tuple] = []
     for loop in _loops(arcs, size):
         area = sum(arc.moment for arc in loop)
         if abs(area) > SLIVER * size**2:

@@ -167,7 +167,7 @@ def simulate(
 
 def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
     t = np.arange(grid.steps + 1) * grid.step
-    torques = []
+    torques: list[np.ndarray] = []
     periods = range(0, grid.steps, grid.block)
     try:
         for k in progress(periods, desc="simulate", unit=" periods", delay=2, leave=False):

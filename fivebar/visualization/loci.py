@@ -28,7 +28,8 @@ def map_loci(data: Map) -> Iterator[tuple]:
     """
     robot: Any = data.robot
     if data.tool is not None:
-        for layer, mode in enumerate(data.modes):
+        modes: Any = data.modes
+        for layer, mode in enumerate(modes):
             for piece, points in tool_loci(data.tool, robot, mode):
                 yield locus_words(piece), [layer], points
         return

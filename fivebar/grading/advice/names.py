@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -165,7 +166,7 @@ class Relation:
 
     name: str
     hint: str
-    holds: Callable[..., Array]
+    holds: Callable[..., Any]
 
 
 def _matrices(numbers):
