@@ -49,7 +49,7 @@ SPEED = {
     "--acceleration-limit M/S2": "of the pen",
     "--joint-speed-limit RAD/S": "of either joint",
     "--duration S": "asked for instead of the least",
-    "--accept-slow": "write a motion, too, that is over 1 % slower than is proved to be possible",
+    "--accept-slow": "write a motion, too, that takes over 1 percent longer than its proved bound",
     "--pen-time S": (0.0, "of rest where the pen goes down or up, at both ends too"),
     "--lead M": "of run-up and run-out in the air, so that strokes begin and end in motion, as with"
     " a laser: no rest there",

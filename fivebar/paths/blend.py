@@ -33,7 +33,8 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     if not deviation:
         return path
     if kept:
-        words = f"at {kept} places it turns back, which is no corner to round: a motion rests there"
+        places = "1 place" if kept == 1 else f"{kept} places"
+        words = f"at {places} it turns back, which is no corner to round: a motion rests there"
         path = replace(path, notes=(*path.notes, words))
     if not len(corner):
         return path

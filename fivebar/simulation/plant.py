@@ -357,6 +357,8 @@ def check_start(robot: Robot, start: Rates) -> None:
         raise ValueError(f"start is of another robot: {start.pose.robot}, not {robot}")
     if start.q_dot.shape != (2,) or start.xi_dot.shape != (2,):
         raise ValueError("start must be the Rates of a single pose")
+    if not any((*robot.inertias, robot.m)):
+        raise ValueError("this robot has no inertia, so it cannot be simulated: name its masses")
     rates = np.array([start.xi_dot, start.q_dot])
     if not np.isfinite(rates).all():
         raise ValueError("start must be finite: its pose is unreachable")

@@ -184,9 +184,10 @@ def test_paths_along_the_bars_cross_without_a_criterion_or_not_at_all():
     graze = Path((Line(tuple(CROSSING - 0.02 * across), tuple(CROSSING + 0.015 * across)),))
     with pytest.raises(fb.SingularityError, match=r"grazes Type 2 .* at s = 0\.0(2|19999\d*) m"):
         fb.time_path(ROBOT, graze, constraints=fb.Constraints(**limits))
-    rests = Path((Line(HOME, CROSSING), Line(CROSSING, (-0.09, 0.1))))
-    with pytest.raises(fb.SingularityError, match="rests on Type 2 at s = "):
-        fb.time_path(ROBOT, rests, constraints=fb.Constraints(**limits))
+    first = Line(HOME, CROSSING)
+    for pieces in ((first, Line(CROSSING, (-0.09, 0.1))), (first,), (Line(CROSSING, HOME),)):
+        with pytest.raises(fb.SingularityError, match="rests on Type 2 at s = "):
+            fb.time_path(ROBOT, Path(pieces), constraints=fb.Constraints(**limits))
 
 
 @pytest.mark.deep

@@ -428,3 +428,9 @@ def test_a_plan_of_another_robot_starts_with_its_joints_in_its_assembly_mode():
     np.testing.assert_allclose(
         run.xi[0], fb.dgm(longer, first.q, int(first.assembly)).xi, atol=1e-12
     )
+
+
+def test_a_robot_without_inertia_is_said_to_have_none():
+    start = fb.ikm(fb.igm(fb.load_robot("plotclock"), (0.0, 0.04)), (0.0, 0.0))
+    with pytest.raises(ValueError, match="this robot has no inertia"):
+        fb.simulate(start.pose.robot, start=start, duration=0.1)

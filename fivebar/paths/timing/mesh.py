@@ -74,7 +74,7 @@ class Mesh:
     def share(self, name: str, k: int) -> float:
         """Return the size of a factor of the torques at node k over its largest on the path."""
         names = [each for each in (f"{name}1", f"{name}2") if each in self.found]
-        sizes = np.abs([self.found[each].first for each in names])
+        sizes = np.abs([np.append(self.found[n].first, self.found[n].last[-1]) for n in names])
         return float(sizes[:, k].max() / (sizes.max() or 1.0)) if names else 0.0
 
     def layer(self, k: int) -> float:

@@ -80,7 +80,7 @@ def refuse_touching(mesh: Mesh) -> None:
     D = mesh.found["D"]
     side = mesh.side
     ends = np.append(D.first, D.last[-1])
-    bad = (np.abs(ends) <= TOUCH) & mesh.rest
+    bad = ((np.abs(ends) <= TOUCH) | mesh.crossing) & mesh.rest
     if bad.any():
         raise SingularityError(
             f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque"

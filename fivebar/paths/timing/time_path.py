@@ -174,9 +174,9 @@ def time_path(
 def slowness(motion: TimedPath) -> str:
     """Say how much longer a motion may take than it has to."""
     return (
-        f"the motion takes {motion.duration:.4g} s, and none is proved to take over"
-        f" {motion.lower_bound:.4g} s: the search ended {100 * motion.gap:.3g} % above this bound."
-        " Give a larger max_time, or a larger deviation at the corners"
+        f"the motion takes {motion.duration:.4g} s, {100 * motion.gap:.3g} % over the bound: it is"
+        f" proved only that none takes less than {motion.lower_bound:.4g} s. A larger deviation at"
+        " the corners may help"
     )
 
 

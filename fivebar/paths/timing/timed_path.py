@@ -132,7 +132,7 @@ class TimedPath(Plotted):
     @property
     def gap(self) -> float:
         """By what share of the lower bound it takes longer."""
-        return self.duration / self.lower_bound - 1
+        return self.duration / self.lower_bound - 1 if self.lower_bound else np.inf
 
     @property
     def times(self) -> np.ndarray:
