@@ -146,12 +146,16 @@ def warn_of(note: str, level: int = 5) -> None:
         warnings.warn(note, stacklevel=level)
 
 
+def _own_robot(found):
+    """Return the robot of a Machine; any other as it is, for a Smoothed one has a robot, too."""
+    return found.robot if hasattr(found, "used_by") else found
+
+
 def robot_for(user: str) -> Callable:
     """Rule: the robot alone of what `used` takes."""
 
     def rule(value, name):
-        found = used(value, user, name, 5)
-        return getattr(found, "robot", found)
+        return _own_robot(used(value, user, name, 5))
 
     return rule
 
@@ -192,7 +196,7 @@ def takes_robot(
             value = given.get("robot")
             if not (isinstance(value, others) or (value is None and robot_is_optional)):
                 found = used(value, user)
-                given["robot"] = getattr(found, "robot", found)
+                given["robot"] = _own_robot(found)
                 if found is not given["robot"]:
                     _give(found, given, signature.parameters)
             return checked(*call.args, **call.kwargs)

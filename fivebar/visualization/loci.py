@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..paths.placing.tool_regions import tool_regions
 from ..singularities.loci import singularity_loci
 from ..singularities.locus import Locus, pairs
 from ..singularities.maps import turned_into
@@ -62,6 +61,8 @@ def tool_loci(
     Where the tool folds over its bar is Type 1, too. A border of two regions comes once, so that
     its dashes stay apart.
     """
+    from ..paths.placing.tool_regions import tool_regions  # brings SciPy, which scenes do without
+
     known = set()
     for region in tool_regions(tool, robot, working):
         for arc in chain.from_iterable(region.boundary):
