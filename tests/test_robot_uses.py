@@ -148,7 +148,7 @@ PAIRS = [(user, row) for user in LINES for row in sorted(OF_FILES)]
 PAIRS.remove(("map --load", "masses"))
 
 
-@pytest.mark.every(20)
+@pytest.mark.every(50)
 @pytest.mark.parametrize("user, row", PAIRS)
 def test_what_a_file_says_has_an_effect_or_is_refused_or_left_out_by_name(user, row, tmp_path):
     use = USES[user]

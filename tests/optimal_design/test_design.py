@@ -211,7 +211,7 @@ def test_pictures_of_sweeps(tmp_path):
         D.sample(LENGTHS, 50),
     ):
         assert isinstance(fb.sweep("workspace_area", designs).plot(), Picture)
-    figures = ["largest_disc", "workspace_area", "transmission_angle"]
+    figures = ["inscribed_circle", "workspace_area", "transmission_angle"]
     plane = fb.sweep(
         figures,
         D.grid({"l1": np.linspace(0.08, 0.12, 4), "d": [0.05, 0.08, 0.12]}),
@@ -221,8 +221,8 @@ def test_pictures_of_sweeps(tmp_path):
     panels = [axes for axes in picture.axes if axes.get_xlabel() == "l1 (mm)"]
     assert [axes.get_ylabel() for axes in panels] == ["d (mm)"] * 3
     bars = [axes.get_ylabel() for axes in picture.axes if axes not in panels]
-    assert bars == ["largest_disc (mm)", "workspace_area (cm²)", "transmission_angle (deg)"]
-    best = plane.design(plane.best("largest_disc")[0])
+    assert bars == ["inscribed_circle (mm)", "workspace_area (cm²)", "transmission_angle (deg)"]
+    best = plane.design(plane.best("inscribed_circle")[0])
     (mark,) = panels[0].lines
     assert mark.get_xydata().tolist() == [[1e3 * best["l1"], 1e3 * best["d"]]]
     three = fb.sweep(figures[:2], D.sample(LENGTHS, 20)).plot()

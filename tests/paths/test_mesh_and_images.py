@@ -107,7 +107,7 @@ def test_a_factor_of_the_torques_beside_type_2(mesh):
     k = int(np.flatnonzero(mesh.crossing)[0])
     a1, a2 = mesh.found["a1"], mesh.found["a2"]
     assert mesh.criterion[k] and not mesh.tied.any()
-    largest = max(np.abs(a1.first).max(), np.abs(a2.first).max())
+    largest = max(np.abs([*a.first, a.last[-1]]).max() for a in (a1, a2))
     assert mesh.share("a", k) == max(abs(a1.first[k]), abs(a2.first[k])) / largest
     assert mesh.share("v", k) == 0.0
     assert mesh.layer(0) == math.inf

@@ -101,7 +101,10 @@ def test_certificates_name_wrong_arguments():
         ((ROBOT, 1), "(certify: )?path must"),
         ((ROBOT, CORNER, -1.0), "(certify: )?tolerances of l11 must"),
         ((ROBOT, CORNER, {"d": -1.0}), "(certify: )?tolerances of d must"),
-        ((ROBOT, CORNER, {"l": 1.0}), "(certify: )?tolerances of l: known are l11, l12, l21, l22, d"),
+        (
+            (ROBOT, CORNER, {"l": 1.0}),
+            "(certify: )?tolerances of l: known are l11, l12, l21, l22, d",
+        ),
         ((ROBOT, CORNER, 0.09), "(certify: )?tolerances of 0.09 m leave nothing of l11 = 0.09 m"),
         ((ROBOT, CORNER, 0.0, 1), "(certify: )?constraints must"),
         ((ROBOT, CORNER, 0.0, None, (1, 0)), "(certify: )?working must"),
