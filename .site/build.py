@@ -56,12 +56,8 @@ def public_names() -> dict[str, list[str]]:
     return names
 
 
-def _reference(names):
-    """Return a page of the reference, each name with its docstring."""
-    return "\n".join(map(_entry, names))
-
-
 def _entry(name):
+    """Return what shows a name with its docstring."""
     given = attrgetter(name)(fb)
     if isinstance(given, type):
         kind = "exception" if issubclass(given, Exception) else "class"
@@ -110,7 +106,7 @@ def assemble(source: Path) -> None:
     (source / "index.md").write_text("\n".join((ANIMATION.sub(LIVE, readme), *contents)), "utf-8")
     names = public_names()
     for page, subject in reference.items():
-        text = f"{subject}\n{'=' * len(subject)}\n\n{_reference(names[subject])}"
+        text = f"{subject}\n{'=' * len(subject)}\n\n" + "\n".join(map(_entry, names[subject]))
         (source / f"{page}.rst").parent.mkdir(exist_ok=True)
         (source / f"{page}.rst").write_text(text, "utf-8")
 

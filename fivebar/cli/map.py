@@ -60,7 +60,7 @@ def _map(arguments):
     from ..constraints.constraints import Constraints
     from ..constraints.path_check import check_path
     from ..paths.placing.tool_regions import tool_regions
-    from ..singularities.aspects import aspects
+    from ..singularities.passages import known_aspects
     from ..visualization.pages.linked import map_page
     from ..visualization.plot.graph import aspect_graph
     from ..visualization.plot.maps import singularity_map as picture
@@ -96,7 +96,7 @@ def _map(arguments):
         data = singularity_map(robot, arguments.field, arguments.space, window, shape, tool)
     parts = None
     if robot.turns:
-        parts = aspects(robot) if tool is None else tool_regions(tool, robot)
+        parts = known_aspects(robot) if tool is None else tool_regions(tool, robot)
     checks = []
     if path:
         print_notes(arguments.path, path.notes)
@@ -160,8 +160,9 @@ def _feasible(machine, kept, load):
     from ..constraints.disc import bounded_by
     from ..constraints.feasible import feasible_parts
     from ..paths.placing.tool_regions import tool_regions
-    from ..singularities.aspects import aspects, numbered
+    from ..singularities.aspects import numbered
     from ..singularities.dexterous import dexterous
+    from ..singularities.passages import known_aspects
 
     robot = machine.robot
     if not kept.named and load is None:
@@ -171,7 +172,7 @@ def _feasible(machine, kept, load):
     elif set(kept.named) <= {"det_A", "sin"} and load is None or not robot.turns:
         return dexterous(robot, kept.det_A, kept.sin)
     else:
-        bases = aspects(robot)
+        bases = known_aspects(robot)
     found = []
     for base in progress(bases, desc="regions", delay=2, leave=False):
         found += feasible_parts(bounded_by(base, kept, load) if machine.tool is None else base)

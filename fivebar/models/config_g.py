@@ -30,7 +30,6 @@ def config_table(text: str) -> dict[str, Any]:
     x, y, lengths, distal = (words[letter] for letter in "XYPD")
     base = complex(x[1] - x[0], y[1] - y[0])
     turn = math.atan2(base.imag, base.real)
-    degree = math.pi / 180
     modes = [working for working, mode in MODES.items() if [mode] == words["L"]]
     if not modes:
         raise ValueError(f"M669: L{words['L'][0]:g} is no working mode of the firmware: 1, 2 or 4")
@@ -50,11 +49,14 @@ def config_table(text: str) -> dict[str, Any]:
         for leg, mode in enumerate(working)
     ]
     joints = [_joint(words["C"][2 * leg : 2 * leg + 2], turn) for leg in (0, 1)]
-    constraints = {"det_A": math.sin(head * degree), "sin": math.sin(max(elbows) * degree)}
+    constraints = {
+        "det_A": math.sin(math.radians(head)),
+        "sin": math.sin(math.radians(max(elbows))),
+    }
     return {
         **robot,
         **dict.fromkeys(("zz1", "zz2", "m"), 0.0),
-        "readings": {"offset": [-turn, -turn], "ratio": [degree, degree]},
+        "readings": {"offset": [-turn, -turn], "ratio": [math.radians(1.0)] * 2},
         "frame": {"shift": shift, "turn": turn},
         "constraints": constraints | ({"joints": joints} if any(joints) else {}),
         **_tool(distal[2:]),

@@ -265,7 +265,7 @@ class Machine:
         tables: dict[str, Any] = {}
         if self.reads_otherwise:
             tables["readings"] = {"offset": self.offset, "ratio": self.ratio}
-        if self.frame != Placement():
+        if self.moves_points:
             tables["frame"] = asdict(self.frame)
         kept = _moved(self.constraints, self.frame)
         limits: dict[str, Any] = {name: getattr(kept, name) for name in kept.named}

@@ -101,8 +101,7 @@ def read_bag(
     late = int(np.median(stamps - logged))
     values = {"t": (stamps - stamps[0]) / NANO}
     notes = []
-    for word, heading in WORDS.items():
-        pair = states[list(WORDS).index(word)]
+    for (word, heading), pair in zip(WORDS.items(), states):
         missing = [joint for joint, own in zip(joints, pair) if np.isnan(own).all()]
         if missing:
             notes.append(f"{topic} has no {word} of {' and '.join(missing)}")

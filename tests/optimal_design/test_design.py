@@ -225,6 +225,8 @@ def test_pictures_of_sweeps(tmp_path):
     best = plane.design(plane.best("inscribed_circle")[0])
     (mark,) = panels[0].lines
     assert mark.get_xydata().tolist() == [[1e3 * best["l1"], 1e3 * best["d"]]]
+    few = D.sample({"l1": (0.1, 0.12), "d": (0.1, 0.12)}, 2)  # no triangle between them
+    assert fb.sweep("workspace_area", few).plot().axes[0].get_xlabel() == "l1 (mm)"
     three = fb.sweep(figures[:2], D.sample(LENGTHS, 20)).plot()
     assert len(three.axes) == 2 * len(LENGTHS)
     with pytest.raises(

@@ -87,6 +87,11 @@ def test_ellipses_are_of_the_velocities_and_forces_of_the_pose(robot):
     ends = {}
     for kind in ("velocity", "force"):
         figure = fb.plot.pose(pose, ellipse=kind)
+        words = {
+            "velocity": f"m/s for 1 {robot.words.unit}/s",
+            "force": f"N for 1 {robot.words.effort_unit}",
+        }
+        assert all(axes.get_title().endswith(f" {words[kind]}") for axes in figure.axes)
         curves = [axes.lines[-1].get_xydata() for axes in figure.axes]
         ends[kind] = np.array(curves) - 1e3 * pose.xi[:, None]
         longest = [float(axes.get_title().split(" up to ")[1].split()[0]) for axes in figure.axes]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...paths.placing.tool_regions import tool_regions
 from ...paths.tool import MountedTool
-from ...singularities.aspects import aspects
+from ...singularities.passages import known_aspects
 from ..loci import map_loci
 from ..skeleton import robot_body
 from ..style import ALONG, DEXTEROUS, field_scale, robot_title
@@ -58,7 +58,7 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
         loci += [(DEXTEROUS, layers, np.concatenate([p, p[:1]])) for p in region.polygons]
     numbered: tuple = regions or ()
     if regions is None and task and robot.turns:
-        numbered = aspects(robot) if data.tool is None else tool_regions(data.tool, robot)
+        numbered = known_aspects(robot) if data.tool is None else tool_regions(data.tool, robot)
     return {
         "title": f"singularity map: {robot_title(robot)}",
         "notes": notes,

@@ -98,14 +98,22 @@ def _contours(picture, axes, varied, values, words, best):
     (first, x), (second, y) = varied.items()
     good = np.flatnonzero(np.isfinite(values))
     good = good[:: max(1, len(good) // MOST_POINTS)]
-    field = x[good], y[good], values[good], 10
-    filled = axes.tricontourf(*field, cmap=PALETTES["lines"])
-    axes.clabel(axes.tricontour(*field, colors="k", linewidths=0.5), fontsize=7)
+    places = np.stack([x[good], y[good]])
+    if len(good) and np.linalg.matrix_rank(places - places[:, :1]) == 2:
+        filled = _filled(axes, *places, values[good], 10, PALETTES["lines"])
+    else:  # too few designs, or all on one line: there are no triangles between them
+        filled = axes.scatter(*places, c=values[good], s=12, cmap=PALETTES["lines"], lw=0)
     picture.colorbar(filled, ax=axes, label=words)
-    draw(
-        axes, "mark.chosen", [x[best]], [y[best]], clip_on=False, label=f"best: {values[best]:.4g}"
-    )
+    if best is not None:
+        mark = dict(clip_on=False, label=f"best: {values[best]:.4g}")
+        draw(axes, "mark.chosen", [x[best]], [y[best]], **mark)
     finish(axes, 1, xlabel=first, ylabel=second)
+
+
+def _filled(axes, x, y, values, levels, palette):
+    """Fill a panel by values between points, with labelled levels; return what a bar explains."""
+    axes.clabel(axes.tricontour(x, y, values, levels, colors="k", linewidths=0.5), fontsize=7)
+    return axes.tricontourf(x, y, values, levels, cmap=palette)
 
 
 def _curves(picture, row, varied, values, words, best):
@@ -128,9 +136,7 @@ def _atlas(columns, values, good, name):
     y = columns["r3"]
     picture = new_figure(6.6, 4.4)
     axes = picture.subplots()
-    field = x[good], y[good], values[good], 12
-    filled = axes.tricontourf(*field, cmap="viridis")
-    axes.clabel(axes.tricontour(*field, colors="k", linewidths=0.5), fontsize=7)
+    filled = _filled(axes, x[good], y[good], values[good], 12, "viridis")
     picture.colorbar(filled, label=name, shrink=0.75)
     corners = np.array([(3, 0, 0), (0, 3, 0), (0, 1.5, 1.5), (1.5, 0, 1.5), (3, 0, 0)])
     places = np.column_stack([(2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3), corners[:, 2]])

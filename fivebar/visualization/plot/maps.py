@@ -19,8 +19,8 @@ from matplotlib.ticker import MultipleLocator
 from ...base.checks import positive
 from ...constraints.disc import clearance_at
 from ...paths.placing.tool_regions import tool_regions
-from ...singularities.aspects import aspects
 from ...singularities.maps import SIGNED
+from ...singularities.passages import known_aspects
 from ..loci import map_loci
 from ..style import ALONG, DEXTEROUS, INK, PINK, field_scale, signs
 from .panels import PALETTES, STYLES, draw, figure_legend, new_panels
@@ -90,7 +90,7 @@ def singularity_map(
     regions = dexterous
     robot: Any = data.robot
     if data.space == "task" and robot.turns and dexterous is None:
-        regions = aspects(robot) if data.tool is None else tool_regions(data.tool, robot)
+        regions = known_aspects(robot) if data.tool is None else tool_regions(data.tool, robot)
     loci = list(map_loci(data))
     with rc_context({"font.size": 10 if inches > 8 else 7}):
         height = side * np.clip(np.ptp(data.y) / np.ptp(data.x), 0.4, 2.0) + 0.35

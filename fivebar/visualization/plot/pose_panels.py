@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 
 IN_A_ROW = 4
 WIDTH = 3.2  # in, of a panel
-
-
-ELLIPSES = {"velocity": "m/s for 1 rad/s", "force": "N for 1 N m"}
+ELLIPSES = {"velocity": "m/s for 1 {unit}/s", "force": "N for 1 {effort_unit}"}
 
 
 def pose(
@@ -84,7 +82,8 @@ def pose(
     if ellipse is not None:
         ends = _ends(poses, one_of(*ELLIPSES)(ellipse, "ellipse"))
         sizes = np.linalg.norm(ends, axis=-1).max(axis=-1)
-        unit = ELLIPSES[ellipse] if poses[0].robot.turns else ELLIPSES[ellipse].replace("rad", "m")
+        words = poses[0].robot.words
+        unit = ELLIPSES[ellipse].format(unit=words.unit, effort_unit=words.effort_unit)
         titles = [
             f"{title}\n{ellipse} up to {size:.3g} {unit}" for title, size in zip(titles, sizes)
         ]
