@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import warnings
+from functools import lru_cache
 from pathlib import Path
 
 
@@ -36,6 +37,7 @@ def machine_code(function, jit=True):
 FLAGS = ("-O3", "-fPIC", "-shared")
 
 
+@lru_cache(maxsize=64)  # to write the C of a step takes longer than a motion of some seconds
 def _load(function):
     import casadi
 

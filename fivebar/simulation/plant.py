@@ -4,6 +4,7 @@ checked.
 
 from __future__ import annotations
 
+import itertools
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
@@ -105,7 +106,7 @@ class Plant:
     def _function(self, make, jit, *options):
         """Return one of the compiled functions of `steps` for robots of this kind."""
         names = names_of([self.robot])
-        function = _compiled(make, type(self.robot), names, jit, *options)
+        function = _fast(make(type(self.robot), names, *options), jit)
         return Buffered(function) if hasattr(function, "buffer") else _unbuffered(function)
 
     @property
@@ -268,9 +269,17 @@ class Plant:
         return total * places * lengths
 
 
-@lru_cache(maxsize=16)
-def _compiled(make, kind, names, jit, *options):
-    return compiled(make(kind, names, *options), jit)
+def _fast(function, jit):
+    """Return steps, with jit their machine code; with "auto" not before they are used again."""
+    if jit == "auto" and not next(_uses(function)):
+        return function
+    return compiled(function, jit)
+
+
+@lru_cache(maxsize=64)
+def _uses(function):
+    """Return how often steps were used, and count on."""
+    return itertools.count()
 
 
 def _unbuffered(step):
@@ -340,7 +349,7 @@ class FixedPlant:
         if count not in self._blocks:
             options = self.chart, self.method, self.step, count, self.torques
             function = block_function(self.robot, *options)
-            self._blocks[count] = Buffered(compiled(function, self.jit))
+            self._blocks[count] = Buffered(_fast(function, self.jit))
         return self._blocks[count]
 
     def rows(self, t: np.ndarray) -> np.ndarray:

@@ -60,7 +60,8 @@ class Integrator:
         largest difference of q is `Run.step_error`, which bounds the error of the motion that you
         get. None: the error of each step is below 1e-12 rad.
     jit : bool or "auto"
-        Compile the steps to machine code, as `compile` does.
+        Compile the steps to machine code, as `compile` does, once for all motions of the process.
+        "auto": from the second motion of such a robot on, where there is a C compiler.
 
     Examples
     --------

@@ -1,5 +1,6 @@
 """Compiled models against the NumPy ones, the cache of machine code, compiled closed loops against the Python loop."""
 
+import itertools
 import multiprocessing
 import shutil
 import signal
@@ -206,10 +207,11 @@ def test_without_a_compiler_it_says_so(cache, monkeypatch):
 def test_every_way_to_a_run_asks_for_a_compiler(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    for module, name in ((plant, "_compiled"), (loops, "_compiled")):
+    for module, name in ((machine_code, "_load"), (loops, "_compiled")):
         monkeypatch.setattr(
             module, name, getattr(module, name).__wrapped__
         )  # whatever is kept of other tests
+    monkeypatch.setattr(plant, "_uses", lambda function: itertools.count(1))
     idle, still = fb.PD(ROBOT, 0.0, 0.0), fb.line((0.0, 0.1), (0.0, 0.1), 0.02)
     starts = fb.ikm(fb.igm(ROBOT, [(0.0, 0.1)]), (0, 0))
     for run, asked in (
@@ -254,6 +256,24 @@ def test_every_way_to_a_run_asks_for_a_compiler(monkeypatch):
         with pytest.warns(RuntimeWarning, match="going on in CasADi's virtual machine") as notes:
             run("auto")
         assert len(notes) == asked
+
+
+@pytest.mark.parametrize("method", [None, "rk4"])
+def test_a_motion_is_compiled_once_in_a_process(compiler, monkeypatch, method):
+    """With "auto" from the second motion on; the motion is the same, to rounding."""
+    made = []
+    library = machine_code.library
+    monkeypatch.setattr(machine_code, "library", lambda *of: made.append(of) or library(*of))
+    machine_code._load.cache_clear()
+    plant._uses.cache_clear()
+    start = fb.dkm(fb.dgm(ROBOT, (0.3, 0.2)), (1.0, -2.0))
+    runs, counts = [], []
+    for jit in ("auto", "auto", True, "auto", False):
+        integrator = fb.Integrator(method, jit=jit)
+        runs.append(fb.simulate(ROBOT, start=start, duration=0.05, integrator=integrator).q)
+        counts.append(len(made))
+    assert counts == [0, 1, 1, 1, 1]
+    np.testing.assert_allclose(runs, np.broadcast_to(runs[0], np.shape(runs)), rtol=0, atol=1e-13)
 
 
 def test_an_unwritable_cache_and_a_failing_compiler(tmp_path, monkeypatch):
