@@ -35,6 +35,7 @@ OPERATIONS = {
     ca.OP_FMIN: "xp.where(({0} < {1}) | ({1} != {1}), {0}, {1})",
     ca.OP_FMAX: "xp.where(({0} > {1}) | ({1} != {1}), {0}, {1})",
 }
+BLOCK = 16_384  # rows: what is computed on the way to their results stays in a processor's cache
 OWN_NAMES = re.compile(r"xp|zeros?|one|w\d+|.*_\d\d")  # in the text
 
 
@@ -61,10 +62,36 @@ def array_function(function: ca.Function, arguments: Sequence[str], xp: Any) -> 
     def checked(*arrays, **numbers):
         given = signature.bind(*arrays, **numbers).arguments
         _check(given, lengths, xp)
+        if xp is not np:
+            return plain(**given)
         with np.errstate(all="ignore"):  # out of reach the result is nan
-            return plain(*arrays, **numbers)
+            return _in_blocks(plain, given, lengths)
 
     return checked
+
+
+def _in_blocks(plain, given, lengths):
+    """Call a function of NumPy's arrays, block by block along its first axis."""
+    batches = {
+        name: np.shape(value)[: np.ndim(value) - (lengths[name] > 1)]
+        for name, value in given.items()
+    }
+    whole = np.broadcast_shapes(*batches.values())
+    if math.prod(whole) <= BLOCK:
+        return plain(**given)
+    rows = max(BLOCK * whole[0] // math.prod(whole), 1)
+    of_rows = [
+        name
+        for name, batch in batches.items()
+        if batch[:1] == whole[:1] and len(batch) == len(whole)
+    ]
+    blocks = []
+    for k in range(0, whole[0], rows):
+        part = {name: given[name][k : k + rows] for name in of_rows}
+        blocks.append(plain(**given | part))
+    if isinstance(blocks[0], tuple):
+        return tuple(map(np.concatenate, zip(*blocks)))
+    return np.concatenate(blocks)
 
 
 def source(function: ca.Function, arguments: Sequence[str]) -> str:

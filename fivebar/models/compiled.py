@@ -130,7 +130,8 @@ def compile(
         of float32 or float64, and so are the results; matrices are (*batch, 2, 2). Several
         outputs come as a tuple. Symbols of the robot are given by name, as numbers or (*batch).
         Out of reach the result is nan. Where a leg is stretched to the last digit, a square root
-        counts as constant in derivatives.
+        counts as constant in derivatives. With NumPy a large batch is walked in blocks that fit a
+        processor's cache: a chain of models on a million poses takes about half the time so.
 
     Raises
     ------

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.models.arrays import BLOCK
 from tests.helpers.needs import need
 
 BIGLIDE = fb.Biglide(0.12, 0.1, 0.1)
@@ -138,6 +139,24 @@ def test_one_output_is_an_array_and_inputs_are_broadcast(xp):
     function = fb.compile(fb.FiveBar(), ["q", "q_dot"], ["B"], to=xp)
     found = function(xp.asarray(np.zeros((3, 1, 2))), xp.asarray(np.zeros((4, 2))))
     assert tuple(found.shape) == (3, 4, 2, 2)
+
+
+@pytest.mark.parametrize("shape", [(BLOCK + 1,), (3, BLOCK // 2), (20, 1, 900)])
+def test_a_large_batch_in_blocks_is_the_whole(shape):
+    """Also where an input is one for all, or one for each column, and a length one for each row."""
+    lengths = np.linspace(0.11, 0.13, shape[0]).reshape(-1, *(1 for _ in shape[1:]))
+    robot = fb.FiveBar(l12=casadi.SX.sym("l12"))
+    function = fb.compile(robot, ["q", "q_dot"], ["xi", "A"], to=np)
+    rng = np.random.default_rng(5)
+    q = rng.uniform(-0.3, 0.3, (*shape, 2))
+    q_dot = rng.normal(size=(shape[-1] if len(shape) > 1 else 1, 2))
+    xi, A = function(q, q_dot, l12=lengths)
+    assert xi.shape == (*shape, 2) and A.shape == (*shape, 2, 2)
+    for k in [*np.ndindex(*shape)][:: BLOCK // 100]:
+        length = float(lengths[k[0]].item())
+        rates = fb.dkm(fb.dgm(fb.FiveBar(l12=length), q[k]), q_dot[k[-1] % len(q_dot)])
+        np.testing.assert_allclose(xi[k], rates.pose.xi, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(A[k], rates.pose.A, rtol=0, atol=1e-15)
 
 
 def test_lengths_and_masses_as_symbols_are_arguments(xp):
