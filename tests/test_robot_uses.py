@@ -144,8 +144,13 @@ def answer(user, row=None):
 
 
 # Masses have a weight under gravity alone: there `test_feasible` finds it.
-PAIRS = [(user, row) for user in LINES for row in sorted(OF_FILES)]
-PAIRS.remove(("map --load", "masses"))
+SLOW = ("draw", "map", "map --load", "design")
+PAIRS = [
+    pytest.param(user, row, marks=[pytest.mark.deep] if user in SLOW else [])
+    for user in LINES
+    for row in sorted(OF_FILES)
+    if (user, row) != ("map --load", "masses")
+]
 
 
 @pytest.mark.every(50)

@@ -202,19 +202,19 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
 
 
 def test_pictures_of_sweeps(tmp_path):
-    atlas = fb.sweep("workspace_area", D.triangle(12)).plot(tmp_path / "atlas.png")
+    atlas = fb.sweep("workspace_area", D.triangle(6)).plot(tmp_path / "atlas.png")
     assert (tmp_path / "atlas.png").stat().st_size > 10_000
     assert atlas.axes[0].get_title() == "$r_1 + r_2 + r_3 = 3$"
     for designs in (
         {"d": np.linspace(0, 0.2, 9)},
         D.grid({"l1": [0.1, 0.12], "l2": [0.1, 0.2]}),
-        D.sample(LENGTHS, 50),
+        D.sample(LENGTHS, 20),
     ):
         assert isinstance(fb.sweep("workspace_area", designs).plot(), Picture)
     figures = ["inscribed_circle", "workspace_area", "transmission_angle"]
     plane = fb.sweep(
         figures,
-        D.grid({"l1": np.linspace(0.08, 0.12, 4), "d": [0.05, 0.08, 0.12]}),
+        D.grid({"l1": [0.08, 0.09, 0.12], "d": [0.05, 0.08]}),
         table=(-0.02, 0.02, 0.08, 0.1),
     )
     picture = plane.plot()
@@ -227,7 +227,7 @@ def test_pictures_of_sweeps(tmp_path):
     assert mark.get_xydata().tolist() == [[1e3 * best["l1"], 1e3 * best["d"]]]
     few = D.sample({"l1": (0.1, 0.12), "d": (0.1, 0.12)}, 2)  # no triangle between them
     assert fb.sweep("workspace_area", few).plot().axes[0].get_xlabel() == "l1 (mm)"
-    three = fb.sweep(figures[:2], D.sample(LENGTHS, 20)).plot()
+    three = fb.sweep(figures[:2], D.sample(LENGTHS, 8)).plot()
     assert len(three.axes) == 2 * len(LENGTHS)
     with pytest.raises(
         ValueError, match="there is nothing to draw: workspace_area is finite in none of 1 designs"
