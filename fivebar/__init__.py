@@ -25,7 +25,7 @@ _MODULES = {
     "check_path": "constraints.path_check",
     "circle": "planning.trajectory",
     "Collocation": "planning.plan",
-    "compare": "simulation.comparison",
+    "compare": "optimal_design.comparison",
     "compile": "models.compiled",
     "ComputedTorque": "control.laws",
     "Constraints": "constraints.constraints",
@@ -167,6 +167,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .models.named_robots import ROBOTS
     from .models.robot_files import load_robot
     from .models.robots import Biglide, FiveBar
+    from .optimal_design.comparison import compare
     from .optimal_design.optimum import design
     from .optimal_design.sweeping import sweep
     from .paths.certificates.certify import certify
@@ -184,7 +185,6 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .planning.problem import PlanError
     from .planning.samples import from_csv
     from .planning.trajectory import Trajectory, circle, line, polynomial
-    from .simulation.comparison import compare
     from .simulation.many import simulate_many
     from .simulation.run import Run
     from .simulation.settings import Integrator, Measurement

@@ -28,31 +28,7 @@ COLUMNS = (
 
 
 def compare(runs: Mapping[str, Run]) -> Comparison:
-    """Return the figures of several runs side by side.
-
-    Parameters
-    ----------
-    runs : dict
-        {name: Run}, each with a reference, all of one kind of robot.
-
-    Returns
-    -------
-    Comparison
-        `figures`; printed, it is a table; `plot` draws it.
-
-    Raises
-    ------
-    ValueError
-        A run has no reference, or robots of two kinds are compared.
-
-    Examples
-    --------
-    >>> import fivebar as fb
-    >>> robot, line = fb.FiveBar(), fb.line((0.09, 0.068), (0.08, 0.075), 0.5)
-    >>> runs = {"PD": fb.simulate(robot, fb.PD(robot, 2, 0.2), line)}
-    >>> fb.compare(runs).figures["PD"]["peak_torque_Nm"][0] > 0
-    True
-    """
+    """Return the figures of several runs, {name: Run}, side by side: `fb.compare`."""
     if not isinstance(runs, Mapping):
         raise TypeError(f"compare: runs must be a dict {{name: Run}}, not {shown(runs)}")
     runs = dict(runs)

@@ -1,7 +1,7 @@
 """Which function draws which class: what `.plot()`, `.page()`, `.scene()` of results call.
 
 Options of `.plot()` besides `path`: `panels` of a linkage's Study, `robots` of a Front, `figure` of
-a Sweep.
+a Sweep, `field` of a DesignComparison.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ PLOTS = {
     "Calibration": "calibration.draw_calibration",
     "Comparison": "comparison.draw_comparison",
     "Design": "designs.draw_design",
+    "DesignComparison": "comparison.draw_designs",
     "Front": "designs.draw_front",
     "Identification": "identification.draw_identification",
     "MeasurementPoses": "accuracy.draw_measurement_poses",

@@ -1,5 +1,5 @@
 """Several runs in one picture: how far off each was, with what torques and limits, and how long its
-steps took.
+steps took; maps of several designs side by side.
 """
 
 from __future__ import annotations
@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import LogFormatter
 
+from ...singularities.maps import singularity_map
 from ..style import COLOURS, SIDES, largest_of, readable
-from .panels import draw, draw_level, finish, new_figure, over_time
+from .maps import singularity_map as draw_map
+from .panels import draw, draw_level, finish, new_figure, new_panels, over_time
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ...optimal_design.comparison import DesignComparison
     from ...simulation.comparison import Comparison
 
 
@@ -42,6 +45,26 @@ def draw_comparison(compared: Comparison) -> Figure:
     if logs:
         colours = {style["label"]: style["color"] for style in styles}
         _solve_times(figure.add_subplot(grid[0, 1]), logs, colours)
+    return figure
+
+
+def draw_designs(compared: DesignComparison, field: str = "parallel") -> Figure:
+    """Draw the maps of a DesignComparison in the task's modes, to one scale, over their figures.
+
+    field: of `fb.singularity_map`.
+    """
+    robots, modes = compared.robots, [compared.task.working]
+    ends = [singularity_map(robot, field, shape=(21, 21)) for robot in robots.values()]
+    corners = np.array([(data.x[0], data.x[-1], data.y[0], data.y[-1]) for data in ends])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    window = low[0], high[1], low[2], high[3]
+    height = 4.4 * (window[3] - window[2]) / (window[1] - window[0]) + 0.2 * len(compared.of)
+    figure, panels = new_panels(None, len(robots), 3, 4.4, height)
+    for axes, (name, robot) in zip(panels, robots.items()):
+        draw_map(singularity_map(robot, field, window=window), modes=modes, axes=axes)
+        lines = (f"{of.label}: {compared.figures[name][of.name]:.4g}" for of in compared.of)
+        axes.set_title(name)
+        axes.set_xlabel("\n".join(["x (mm)", *lines]))
     return figure
 
 
