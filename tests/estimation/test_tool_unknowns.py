@@ -129,6 +129,7 @@ def test_poses_and_tolerances_of_a_tool():
     assert np.linalg.norm(errors.jacobian[0, :, 1]) == pytest.approx(1.0)
 
 
+@pytest.mark.deep
 def test_the_sheet_is_drawn_by_the_pen():
     machine = fb.Machine(LAB, tool=fb.Tool(1, 0.012, -0.006))
     test = sheet(machine, "A5")

@@ -50,7 +50,7 @@ def holds(robot, points, working, constraints, load):
     return found
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("name", CASES)
 def test_areas_are_those_of_points_that_hold(name):
     constraints, load = CASES[name]
@@ -121,6 +121,7 @@ def test_a_load_is_held_with_the_weight_of_the_bars():
 BASES = np.array([(-0.04, 0.0), (0.04, 0.0)])
 
 
+@pytest.mark.deep
 def test_of_a_tool_a_load_and_joints_leave_regions():
     tool = fb.Tool(1, 0.02, 0.01)
     joints = fb.Constraints(joints=((0.2, 2.5), (0.0, 2.8)))

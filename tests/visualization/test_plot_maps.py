@@ -23,7 +23,8 @@ def panels(figure):
 
 
 def legend(figure):
-    return {text.get_text() for text in figure.legends[0].get_texts()}
+    (found,) = [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]
+    return {text.get_text() for text in found.get_texts()}
 
 
 @pytest.mark.deep
@@ -163,6 +164,23 @@ def test_the_graph_has_every_aspect_and_every_passage(robot):
     }
     folds = any(passage.fold for passage in passages(robot))
     assert any("folded" in words for words in legend(figure)) == folds == (robot is AMORO)
+
+
+def test_a_graph_and_a_drawing_share_a_figure():
+    own = Figure(layout="constrained")
+    mine = own.subplots(2, 2).ravel()
+    stroke = np.array([(0.05, 0.09), (0.06, 0.09), (0.06, 0.1)])
+    drawn = [stroke + 1e-5], [np.full(3, 1.4e-5)]
+    assert aspect_graph(AMORO, axes=mine[0]) is own
+    assert fb.plot.drawing(AMORO, (-1, -1), [stroke], *drawn, axes=mine[1:]) is own
+    assert [panel.get_title().partition(",")[0] for panel in mine] == [
+        "",
+        "the robot",
+        "desired drawing",
+        "drawn by the simulated robot",
+    ]
+    with pytest.raises(ValueError, match="axes: 3 of them for 2 panels"):
+        fb.plot.drawing(AMORO, (-1, -1), [stroke], [], [], axes=mine[1:])
 
 
 @pytest.mark.parametrize("robot", [AMORO, UNEQUAL], ids=["amoro", "unequal"])

@@ -13,7 +13,7 @@ from ...models.geometry import igm
 from ...paths.placement import Placement
 from ..skeleton import pose_body
 from ..style import INK, REFERENCE, readable, signs
-from .panels import PALETTES, draw_loci_of, draw_points, draw_robot, new_figure, plane
+from .panels import PALETTES, draw_loci_of, draw_points, draw_robot, new_figure, new_panels, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +36,7 @@ def drawing(
     by: str = "the simulated robot",
     page: np.ndarray | None = None,
     frame: Placement | None = None,
+    axes: Any = None,
 ) -> Figure:
     """Return the figure of desired and drawn strokes, beside the robot where it begins.
 
@@ -57,6 +58,9 @@ def drawing(
         Corners of the sheet, m.
     frame : Placement, optional
         From the robot's frame to the one in which all is shown, that of the table.
+    axes : sequence of Axes, optional
+        Panels of a figure of one's own: of the robot, of the desired strokes and, where there
+        are any, of the drawn ones; a new figure without.
 
     Returns
     -------
@@ -85,29 +89,36 @@ def drawing(
     pad = 0.06 * (high - low).max()
     low = low - pad
     high = high + pad
-    width, height = high - low
-    shape = 1.24 * WIDTH * height / width + 1.6
-    figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
-    left = figure.add_subplot(grid[:, 0])
+    if axes is None:
+        axes = _new_panels(high - low, bool(len(drawn)))
+    figure, (left, top, *others) = new_panels(axes, 2 + bool(len(drawn)), 0, 0, 0)
     _robot(left, robot, working, strokes, tool, frame)
-    top = figure.add_subplot(grid[0 if len(drawn) else slice(None), 1])
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
     panels = [(top, "desired drawing")]
-    if len(drawn):
-        bottom = figure.add_subplot(grid[1, 1])
+    for bottom in others:
         error = _draw_errors(figure, bottom, drawn, errors)
         panels.append((bottom, f"drawn by {by}, largest error {error}"))
     for corners in sheet:
-        for axes in (left, *(axes for axes, _ in panels)):
-            draw_points(axes, "path.page", corners)
-    for axes, words in panels:
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-        plane(axes, title=words)
+        for panel in (left, *(panel for panel, _ in panels)):
+            draw_points(panel, "path.page", corners)
+    for panel, words in panels:
+        panel.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        plane(panel, title=words)
     if title:
         figure.suptitle(title)
     return figure
+
+
+def _new_panels(size, drawn):
+    """Return the panels of a new figure: the robot's beside those of strokes in a window (2,)."""
+    shape = 1.24 * WIDTH * size[1] / size[0] + 1.6
+    figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
+    rows = [0, 1] if drawn else [slice(None)]
+    return [
+        figure.add_subplot(grid[row]) for row in [(slice(None), 0), *((row, 1) for row in rows)]
+    ]
 
 
 def _draw_errors(figure, axes, drawn, errors):

@@ -14,9 +14,10 @@ from matplotlib.patches import FancyArrowPatch
 from ...singularities.locus import MODES
 from ...singularities.passages import known_aspects, passages
 from ..style import SIDES, signs
-from .panels import STYLES, figure_legend, new_figure
+from .panels import STYLES, new_panels
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ...models.robots import FiveBar
@@ -28,7 +29,7 @@ BOWS = np.array([0.0, 0.12, -0.12, 0.25, -0.25])  # how far a line may bend, of 
 CLEAR = 0.14  # that a line keeps from the nodes that it does not join
 
 
-def aspect_graph(robot: FiveBar) -> Figure:
+def aspect_graph(robot: FiveBar, axes: Axes | None = None) -> Figure:
     """Return the figure of the graph of a five-bar's aspects.
 
     The left leg's mode goes across the picture and the right leg's up, so that the lines of either
@@ -38,6 +39,8 @@ def aspect_graph(robot: FiveBar) -> Figure:
     ----------
     robot : FiveBar
         The robot.
+    axes : Axes, optional
+        A panel of a figure of one's own; a new figure without.
 
     Returns
     -------
@@ -50,8 +53,7 @@ def aspect_graph(robot: FiveBar) -> Figure:
         As `aspects`.
     """
     regions = known_aspects(robot)
-    figure = new_figure(7.2, 7.4)
-    axes = figure.subplots()
+    figure, (axes,) = new_panels(axes, 1, 1, 6.7, 6.9)
     axes.set_axis_off()
     axes.set(xlim=(-1.02, 1.02), ylim=(-1.02, 1.02), aspect="equal")
     for x, y in MODES:
@@ -73,7 +75,8 @@ def aspect_graph(robot: FiveBar) -> Figure:
         axes.add_patch(line)
     drawn |= {f"graph.assembly{region.assembly:+d}" for region in regions}
     handles = [Line2D([], [], **style) for kind, style in STYLES.items() if kind in drawn]
-    figure_legend(figure, handles, 2)
+    place: dict = dict(loc="upper center", bbox_to_anchor=(0.5, 0), ncols=2, handlelength=3.2)
+    axes.legend(handles=handles, fontsize="small", frameon=False, **place)
     return figure
 
 
