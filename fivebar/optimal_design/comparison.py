@@ -68,16 +68,18 @@ def compare(
     det_A                     0.3298  0.4014
     transmission_angle (rad)  0.3361  0.4131
     """
-    if not isinstance(runs, Mapping) or not any(isinstance(each, KINDS) for each in runs.values()):
-        return compare_runs(runs)
+    given: Mapping[str, Any] = runs
+    if not isinstance(given, Mapping) or not any(
+        isinstance(each, KINDS) for each in given.values()
+    ):
+        return compare_runs(given)
     robots: dict[str, FiveBar | Biglide] = {}
     places: dict[str, Any] = {}
-    for name, each in runs.items():
+    for name, each in given.items():
         instance(*KINDS)(each, f"compare: runs[{name!r}]")
-        robots[name], places[name] = (
-            (each.robot, each.place) if isinstance(each, Design) else (each, (0.0, 0.0))
-        )
-    designs = [each for each in runs.values() if isinstance(each, Design)]
+        robots[name] = each.robot if isinstance(each, Design) else each
+        places[name] = each.place if isinstance(each, Design) else (0.0, 0.0)
+    designs = [each for each in given.values() if isinstance(each, Design)]
     task = designs[0].task if designs and not choices else task_of(choices)
     if figures is None:
         figures = list(designs[0].values) if designs else list(USUAL)
@@ -85,12 +87,8 @@ def compare(
     for name, robot in robots.items():
         chosen = figures_of(figures, task, robot, "figures")
         row = np.array([places[name]])
-        values[name] = dict(
-            zip(
-                (one.name for one in chosen),
-                evaluate(chosen, PLACE, row, robot, task)[0][0].tolist(),
-            )
-        )
+        found, _ = evaluate(chosen, PLACE, row, robot, task)
+        values[name] = {one.name: float(value) for one, value in zip(chosen, found[0])}
     return DesignComparison(robots, values, chosen, task)
 
 
