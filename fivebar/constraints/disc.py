@@ -16,8 +16,9 @@ import numpy as np
 
 from ..base.checks import instance, takes
 from ..singularities.aspects import Aspect, as_kind
+from ..singularities.locus import TRACED
 from ..singularities.regions import LocusArc, points_of_largest_clearance
-from .boundaries import TRACED, boundaries, satisfied_at
+from .boundaries import boundaries, satisfied_at
 from .constraints import ON_POSES, Constraints, kept_by
 from .load import Load
 

@@ -18,7 +18,7 @@ from ..base.backend import real_numbers
 from ..base.checks import shown
 from ..base.robot_uses import takes_robot
 from ..models.dyads import SINGULAR
-from ..models.geometry import task_pose
+from ..models.geometry import Pose, task_pose
 from ..models.robots import FiveBar
 from .degenerate import settled
 from .faces import SLIVER, faces
@@ -290,14 +290,7 @@ def _proved(robot, edges, working, det_A, sin, bends):
     for area, boundary in faces(edges, size):
         z = beside(boundary, size)
         pose = task_pose(robot, (z.real, z.imag), working)
-        room = np.min(
-            [
-                np.abs(pose.det_A) - det_A,
-                *(np.abs(sine) - sin for sine in pose.sines),
-                *_bent(pose, bends),
-            ],
-            axis=0,
-        )
+        room = least_margin(pose, det_A, sin, bends)
         if not (room > SINGULAR).any():  # nan in the faces that are holes of the workspace
             continue
         signs = -np.sign(pose.det_A[~(np.abs(room) <= ROUNDING)])
@@ -324,12 +317,16 @@ def _proved(robot, edges, working, det_A, sin, bends):
                 )
 
 
-def _bent(pose, bends):
-    """Yield the sines of how much farther the legs are bent than on the circles of `bends`."""
+def least_margin(pose: Pose, det_A: float, sin: float, bends: Mapping) -> np.ndarray:
+    """Return the least of |det A| - det_A, |sin q_i2| - sin, and of the sines of how much farther
+    the legs are bent than on the circles of `bends`: (*batch,), below 0 beyond a border.
+    """
+    margins = [np.abs(pose.det_A) - det_A, *(np.abs(sine) - sin for sine in pose.sines)]
     for (leg, side), (cosine, sine) in bends.items():
         x1, y1 = pose.legs[leg].direction
         x2, y2 = pose.u2[leg]
-        yield np.abs(pose.sines[leg]) * cosine - side * sine * (x1 * x2 + y1 * y2)
+        margins.append(np.abs(pose.sines[leg]) * cosine - side * sine * (x1 * x2 + y1 * y2))
+    return np.min(margins, axis=0)
 
 
 def _edges(pieces, touches):

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from .margins import Singularity
 
 MODES = tuple(product((1, -1), repeat=2))
+TRACED = "traced"  # the kind of a curve that is chords between its points
 TURN = math.radians(0.8)  # of the tangent from point to point; what is promised is 1 degree
 # Chords of a smaller share of the robot's size (of a full turn, in joint space) are not divided.
 FINEST = 1e-8

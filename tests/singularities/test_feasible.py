@@ -165,3 +165,52 @@ def test_a_load_needs_the_torque_of_the_motors(capsys):
 
 def replace_torque(limits):
     return fb.Constraints(joints=limits.joints, clearance=limits.clearance)
+
+
+# Borders that end where a leg is in line, touch the circle of a folded leg in their middle, are
+# chords, or begin on the base joint of a leg of equal bars.
+TOOLS = {
+    "touching": (
+        (0.08, 0.1, 0.1, 0.1, 0.09),
+        fb.Tool(1, 0.04),
+        fb.Constraints(half_planes=[(0, 1, 0.02)], det_A=0.1),
+    ),
+    "at the base joint": (
+        (0.09, 0.09, 0.09, 0.09, 0.118),
+        fb.Tool(2, 0.0, -0.03),
+        fb.Constraints(joints=((0, 3.14159), (0, 3.14159))),
+    ),
+    "chords": (
+        (0.119, 0.108, 0.083, 0.123, 0.08),
+        fb.Tool(2, -0.034, 0.037),
+        fb.Constraints(
+            joints=((0.2, 1.8), (-3.0, 0.7)),
+            half_planes=[(0, 1, 0.02)],
+            collisions=fb.LinkCollisions(widths=0.01),
+        ),
+    ),
+}
+
+
+@pytest.mark.every(3)
+@pytest.mark.parametrize("name", TOOLS)
+def test_areas_of_a_tool_are_those_of_points_that_hold(name):
+    (*bars, d), tool, constraints = TOOLS[name]
+    robot = fb.FiveBar(*bars, d=d)
+    working = (1, 1) if name == "chords" else (1, -1)
+    parts = [
+        part
+        for region in tool_regions(tool, robot, working, constraints)
+        for part in feasible_parts(region)
+    ]
+    side, n = 0.6, 300
+    steps = side * ((np.arange(n) + 0.5) / n - 0.5)
+    points = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    pose = tool.pose(robot, points, working, unreachable="nan")
+    expected = constraints.satisfied(pose).mean() * side**2
+    arcs = [arc for part in parts for loop in part.boundary for arc in loop]
+    border = sum(np.abs(np.diff(arc.z)).sum() for arc in arcs)
+    error = sum(part.area_error for part in parts)
+    assert sum(part.area for part in parts) == pytest.approx(
+        expected, abs=error + 0.1 * border * side / n
+    )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.constraints.boundaries import _polyline, _put, boundaries, facing, satisfied_at
+from fivebar.constraints.boundaries import polyline, _put, boundaries, facing, satisfied_at
 from fivebar.constraints.constraints import distance_inside
 from fivebar.constraints.disc import bounded_by
 from fivebar.singularities.leg_circles import size_of
@@ -48,16 +48,16 @@ def test_how_far_off_a_wall_is_asked():
     facing(polygon(0, 1, 1j)[:1], allowed, size)
     assert np.ptp(asked) == 0 and asked[0] == pytest.approx(2e-8)
     traced = fb.singularities.regions.LocusArc(
-        _polyline(np.array([0, 0.1, 0.3, 0.4 + 0j])), 0.0, 3.0
+        polyline(np.array([0, 0.1, 0.3, 0.4 + 0j])), 0.0, 3.0
     )
     asked.clear()
     facing([traced], allowed, size)
     assert asked[0] == pytest.approx(0.02 * 0.2)
 
 
-def test_a_polyline_passes_its_points_evenly():
+def test_apolyline_passes_its_points_evenly():
     points = np.array([0, 1, 1 + 2j, 4 + 2j])
-    curve = _polyline(points)
+    curve = polyline(points)
     s = np.array([0, 0.25, 1, 1.5, 2.5, 3])
     np.testing.assert_allclose(
         curve.at(s) @ (1, 1j), [0, 0.25, 1, 1 + 1j, 2.5 + 2j, 4 + 2j], rtol=1e-15

@@ -12,28 +12,31 @@ import cmath
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.progress import progress
 from ...base.robot_uses import takes_robot
-from ...constraints.boundaries import facing
+from ...constraints.boundaries import facing, polyline
 from ...constraints.constraints import Constraints, kept_by
 from ...constraints.disc import BoundedAspect, bounded_by
 from ...constraints.load import Load
-from ...models.geometry import igm
+from ...models.geometry import igm, task_pose
 from ...models.robots import FiveBar
-from ...singularities.aspects import Aspect, as_kind, numbered
+from ...singularities.aspects import Aspect, as_kind, least_margin, numbered
 from ...singularities.degenerate import settled
 from ...singularities.dexterous import bent_parts
 from ...singularities.leg_circles import LegCircles, size_of
-from ...singularities.locus import MODES, pairs, pieces_of
+from ...singularities.locus import MODES, TRACED, pairs, pieces_of
 from ...singularities.margins import Singularity
-from ...singularities.regions import LocusArc, inside
+from ...singularities.regions import LocusArc, inside, roughly_inside
 from ..tool import MountedTool, Tool
 
 IN_LINE = 1e-6  # a sine: nearer to Type 1 an end of a curve is one where the bar turns fast
+FLAT = 3e-8  # a sine whose square is rounding error
 SAME = 1e-7  # of the robot's size: places that are nearer are one
 CLOSES = 1e-5  # of it, by which two images of a corner may differ, next to the base joint
 BESIDE = 1e-5, 1e-8  # of a curve: so far from such an end its tangent, its points are read
@@ -101,21 +104,29 @@ def tool_regions(
     2
     """
     constraints = constraints or Constraints()
-    robot = settled(robot)
-    found = []
-    mode: Any
-    for mode in MODES:
-        mounted = MountedTool(tool, robot, mode)
-        circles = LegCircles(robot, constraints.sin, _bends(mounted, constraints.sin))
-        image = _Image(mounted, circles)
+    margins = constraints.det_A, constraints.sin
+    found: list[ToolRegion] = []
+    for mode in progress(MODES, desc="regions of the tool", delay=2, leave=False):
         # Walls of the constraints take long: modes that are only counted go without.
-        others = Constraints(), None
+        walls = Constraints(), None
         if working in (None, mode):
-            others = replace(constraints, det_A=0.0, sin=0.0), load
-        for part in bent_parts(robot, mode, circles, constraints.det_A):
-            found.append(image.region(bounded_by(part, *others), *others))
+            walls = replace(constraints, det_A=0.0, sin=0.0), load
+        found += _of_mode(tool, settled(robot), mode, *margins, *walls)
     regions = numbered(found)
     return tuple(region for region in regions if working in (None, region.working))
+
+
+@lru_cache(maxsize=16)  # a map, its picture and its page ask for the same ones
+def _of_mode(tool, robot, mode, det_A, sin, constraints, load):
+    """Return the regions of a working mode, without their numbers."""
+    mounted = MountedTool(tool, robot, mode)
+    circles = LegCircles(robot, sin, _bends(mounted, sin))
+    image = _Image(mounted, circles)
+    found = bent_parts(robot, mode, circles, det_A)
+    return [
+        image.region(bounded_by(part, constraints, load), det_A, constraints, load)
+        for part in found
+    ]
 
 
 def _bends(mounted, sin):
@@ -148,7 +159,9 @@ class _Image:
         self.offset = complex(mounted.tool.along, mounted.tool.across)
         self.size = size_of(circles.robot)
 
-    def region(self, part: Aspect, constraints: Constraints, load: Load | None) -> ToolRegion:
+    def region(
+        self, part: Aspect, det_A: float, constraints: Constraints, load: Load | None
+    ) -> ToolRegion:
         """Return the image of a part of an aspect, up to the fold of the tool."""
         loops = [self.loop(loop) for loop in part.boundary]
         at_base = np.abs(part.punctures @ (1, 1j) - self.base) <= SAME * self.size
@@ -164,7 +177,7 @@ class _Image:
         walls: tuple = ()
         allowed = None
         if isinstance(part, BoundedAspect):
-            walls, allowed = self.bounds(part, constraints, load)
+            walls, allowed = self.bounds(part, det_A, constraints, load)
         image = replace(
             part,
             area=float(sum(areas)),
@@ -173,13 +186,21 @@ class _Image:
         )
         return as_kind(ToolRegion, image, walls, allowed, 0.0, self.mounted)
 
-    def bounds(self, part: BoundedAspect, constraints: Constraints, load: Load | None) -> tuple:
+    def bounds(
+        self, part: BoundedAspect, det_A: float, constraints: Constraints, load: Load | None
+    ) -> tuple:
         """Return the walls of the constraints, and a function that tells where they hold."""
 
         def within(z):
-            result = inside(part.boundary, z)
-            result[result] = part.allowed(z[result])
-            return result
+            # Near a border the pose tells on which side of it a point is.
+            found, near = roughly_inside(part.boundary, z)
+            found |= near
+            found[found] = part.allowed(z[found])
+            z = z[found]
+            pose = task_pose(self.circles.robot, (z.real, z.imag), self.mounted.working)
+            margin = least_margin(pose, det_A, self.circles.sin, self.circles.bends)
+            found[found] = margin > 0
+            return found
 
         def allowed(z):
             joint = self.mounted.joint(pairs(z))
@@ -189,9 +210,19 @@ class _Image:
             holds = constraints.satisfied(pose) & ~lost & (pose.assembly == part.assembly)
             return holds if load is None else holds & load.satisfied(pose)
 
-        walls = facing(part.walls, within, self.size)
-        images = [self._traced(self.curve(w), w.locus.type, w.locus.kind) for w in walls]
+        images = []
+        for wall in facing(part.walls, within, self.size):
+            # Of a shorter arc at the base joint the leg's direction is rounding error.
+            if np.abs(np.diff(wall.z)).sum() > SAME * self.size:
+                images.append(self.wall(wall))
         return tuple(images), allowed
+
+    def wall(self, arc: LocusArc) -> LocusArc:
+        """Return the image of an arc of a constraint; of chords chords."""
+        if arc.locus.kind != TRACED:
+            return self._traced(self.curve(arc), arc.locus.type, arc.locus.kind)
+        locus = polyline(self.points(arc.z)[0])
+        return LocusArc(locus, *locus.interval)
 
     def loop(self, arcs: Iterable[LocusArc]) -> list[LocusArc]:
         """Return the image of a loop, with an arc where it goes through the base joint."""
@@ -288,40 +319,48 @@ class _Image:
 
         def curve(x):
             x = np.asarray(x, float)
-            places = np.clip(x, lowest, 1 - highest)
-            z, _ = self.points(arc.at(start + span * _share(places, low, high)[0]))
             inner = np.clip(x, first, 1 - last)
             share, rate = _share(inner, low, high)
             on, tangent = arc.curve(start + span * share)
-            _, slope = self.points(on, abs(span) * rate * tangent)
+            z, slope = self.points(on, abs(span) * rate * tangent)
+            if (inner != x).any():
+                places = np.clip(x, lowest, 1 - highest)
+                z, _ = self.points(arc.at(start + span * _share(places, low, high)[0]))
             return z, slope
 
         return curve
 
     def _legs(self, z):
-        """Return unit vectors of the proximal and the distal bar with C at points."""
+        """Return unit vectors of the proximal and the distal bar with C at points, and by how much
+        the way from the base joint to it is shortened to what the leg reaches.
+        """
         way = z - self.base
         distance = np.abs(way)
         proximal = self.drive.length
         near = np.clip(distance, abs(proximal - self.bar), proximal + self.bar)
-        way = way * (near / np.where(distance, distance, 1.0))
+        share = near / np.where(distance, distance, 1.0)
+        way = way * share
         on = self.base + way
         x, y = self.drive.close((on.real, on.imag), self.bar, self.mode).last
         u2 = x + 1j * y
-        return (way - self.bar * u2) / proximal, u2
+        return (way - self.bar * u2) / proximal, u2, share
 
     def _sines(self, z):
-        u1, u2 = self._legs(z)
+        u1, u2, _ = self._legs(z)
         return (u1.conjugate() * u2).imag
 
     def points(self, z: Any, dz: Any = 0.0) -> tuple[Any, Any]:
         """Return where the tool is with C at points z, and its derivative where that of C is dz."""
-        u1, u2 = self._legs(z)
+        u1, u2, share = self._legs(z)
         tangent = 1j * self.drive.length * u1
         with np.errstate(divide="ignore", invalid="ignore"):
             # u2 . (C' - P' q') = 0, and l2 phi' = v2 . (C' - P' q').
             rate = (u2.conjugate() * dz).real / (u2.conjugate() * tangent).real
-            phi = (u2.conjugate() * (dz - tangent * rate)).imag / self.bar
+            # Where rounding error tells how a leg is bent, or that it does not reach C, it turns as
+            # if it were in line.
+            bent = (share == 1) & (np.abs((u1.conjugate() * u2).imag) > FLAT)
+            rate = np.where(bent, rate, (dz / (z - self.base)).imag)
+            phi = (u2.conjugate() * (share * dz - tangent * rate)).imag / self.bar
         return z + self.offset * u2, dz + 1j * self.offset * u2 * phi
 
 
