@@ -41,13 +41,14 @@ class Use(NamedTuple):
     """What one command or function makes of the rows of the table.
 
     used, kept: names of rows; kept are those that go unchanged into the robot file that is written.
-    left_out, refused: {row: reason}.
+    left_out, refused: {row: reason}; unsaid: rows whose leaving out changes no answer.
     """
 
     used: tuple[str, ...]
     kept: tuple[str, ...]
     left_out: dict[str, str]
     refused: dict[str, str]
+    unsaid: tuple[str, ...]
 
     def words(self, user: str) -> str:
         """Return in words what the command or function makes of a robot's file."""
@@ -78,6 +79,7 @@ def uses() -> tuple[dict[str, str], dict[str, Use]]:
             of_row |= dict.fromkeys(rows(words), table["reasons"][key])
         return of_row
 
+    unsaid = table["unsaid"].split()
     found: dict[str, Use] = {}
     for entry in table["use"]:
         use = Use(
@@ -85,6 +87,7 @@ def uses() -> tuple[dict[str, str], dict[str, Use]]:
             tuple(rows(entry.get("kept", ""))),
             reasons(entry.get("left_out", {})),
             reasons(entry.get("refused", {})),
+            tuple(rows(" ".join(entry.get("left_out", {}).get(k, "") for k in unsaid))),
         )
         found |= dict.fromkeys(entry["of"], use)
     return table["rows"], found
@@ -98,7 +101,7 @@ def left_out(user: str, said: Iterable[str]) -> tuple[list[str], str]:
     said = list(said)
     if refused := _by_reason(use.refused, said):
         raise ValueError(f"{user} refuses a robot with {refused}")
-    words = _by_reason(use.left_out, said)
+    words = _by_reason(use.left_out, [row for row in said if row not in use.unsaid])
     return [row for row in said if row in use.left_out], words and f"{user} leaves out {words}"
 
 

@@ -28,7 +28,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine
+from .robot_options import add_robot_options, chosen_machine, in_robot_frame
 
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
@@ -166,6 +166,7 @@ def _draw(arguments):
         print_json({**figures, "notes": list(path.notes), "files": files})
         return
     _print(arguments, machine, figures)
+    print_table(in_robot_frame(machine, *(file for file in files if file.name == "run.csv")))
     print_files(files)
 
 
@@ -239,9 +240,9 @@ def _say_leaps(machine, motion, run, off, size):
         ratio = f"{effort / needed:.3g} times what the motion needs"
         leaps.append((f"{words.effort} leaps to {effort:.3g} {words.effort_unit}", efforts, ratio))
     for what, values, ratio in leaps:
-        x, y = 1e3 * machine.frame(run.drawn_ref[values.argmax()])
+        place = _place(machine, run.drawn_ref[values.argmax()])
         print(
-            f"fivebar: the simulated {what} at ({x:.4g}, {y:.4g}) mm, {ratio}: the robot is near a"
+            f"fivebar: the simulated {what} at {place}, {ratio}: the robot is near a"
             " singularity there or its tracker too slow: give a larger --margin, another place, a"
             " --duration or a shorter --period",
             file=sys.stderr,
@@ -270,11 +271,17 @@ def _met(machine, path, check):
     if check.everywhere:
         return EVERYWHERE
     s = check.leaves if check.time is None else check.time
-    x, y = 1e3 * machine.frame(path.drawn(s)[0])
     what = "leaves the workspace" if check.leaves == s else f"meets Type {int(check.type)}"
     line = path.line_of(s)
     where = f" (line {line})" if line else ""
-    return f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along it{where}"
+    place = _place(machine, path.drawn(s)[0])
+    return f"it {what} at {place}, {1e3 * s:.4g} mm along it{where}"
+
+
+def _place(machine, point):
+    """Return in words a point of the robot's own frame, in the measuring frame."""
+    x, y = 1e3 * machine.frame(point)
+    return f"({x:.4g}, {y:.4g}) mm" + " in the measuring frame" * machine.moves_points
 
 
 def _timed(arguments, machine, path, working):
@@ -326,6 +333,7 @@ def _checked(arguments, machine, path, working):
     """Return the result of `check_path`; ValueError where a singularity or a constraint is in the
     way.
     """
+    from ..constraints.constraints import plane_words
     from ..constraints.path_check import check_path
 
     check = check_path(machine.robot, path.at_unit_speed, working, None, machine.on_poses)
@@ -333,10 +341,15 @@ def _checked(arguments, machine, path, working):
         where = f"in working modes {working} {_met(machine, path, check)}"
         raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {where}")
     for each in check.broken[:1]:
-        x, y = 1e3 * machine.frame(path.drawn(each.worst)[0])
+        planes = machine.constraints.half_planes, machine.measured_constraints.half_planes
+        own, measured = ([plane_words(*plane) for plane in some] for some in planes)
+        what = dict(zip(own, measured)).get(each.what, each.what)
+        is_of_joint = machine.tool is not None and each.what in (*own, "region")
+        unit = {"j": " rad", "|": ""}.get(what[0], " m")  # of joint limits, and of margins
         raise ValueError(
             f"{arguments.drawing}: it cannot be drawn there: {arguments.robot} has the constraint"
-            f" {each.what}, which is violated by {each.by:.4g} at ({x:.4g}, {y:.4g}) mm"
+            f" {what}{' of joint C' * is_of_joint}, which is violated by"
+            f" {each.by:.4g}{unit} at {_place(machine, path.drawn(each.worst)[0])}"
         )
     return check
 

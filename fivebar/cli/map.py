@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import UsageError
+from ..base.errors import UnreachableError, UsageError
 from ..base.tables import saved
 from ..planning.samples import from_csv
 from ..singularities.degenerate import EVERYWHERE
@@ -26,7 +26,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import FRAMES, add_robot_options, chosen_machine
+from .robot_options import add_robot_options, chosen_machine, in_robot_frame
 
 OPTIONS = TABLE | {
     "--space task|joint": ("task", "what the map is over"),
@@ -48,6 +48,19 @@ OPTIONS = TABLE | {
 }
 
 
+PATH = {  # of JSON: the attribute of a PathCheck
+    "reachable": "reachable",
+    "singularity_free": "singularity_free",
+    "leaves_s": "leaves",
+    "time_s": "time",
+    "type": "type",
+    "touching": "touching",
+    "criterion_N": "criterion",
+    "criterion_holds": "criterion_holds",
+    "min_margin": "min_margin",
+}
+
+
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `map` to the program's commands."""
     parser = commands.add_parser("map")
@@ -58,7 +71,6 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 def _map(arguments):
     from ..constraints.constraints import Constraints
-    from ..constraints.path_check import check_path
     from ..paths.placing.tool_regions import tool_regions
     from ..singularities.passages import known_aspects
     from ..visualization.pages.linked import map_page
@@ -66,31 +78,31 @@ def _map(arguments):
     from ..visualization.plot.maps import singularity_map as picture
     from ..visualization.plot.panels import in_frame
 
-    machine = chosen_machine(arguments, "map --load" if arguments.load else "")
+    task = arguments.space == "task"
+    user = "map --load" if arguments.load else "map" if task else "map --space joint"
+    machine = chosen_machine(arguments, user)
     robot, tool = machine.robot, machine.tool
     check_ending("--data", arguments.data, (".csv", ".npz"))
     check_ending("--out", arguments.out)
     check_ending("--graph", arguments.graph)
-    if tool is not None and (arguments.path or arguments.graph):
-        words = "of joint C: take the table tool out of the robot's file"
-        raise UsageError(f"--path and --graph are {words}")
     levels = used_options(arguments, "det_A", "sin")
     if arguments.fits is not None and not (robot.turns and min(arguments.fits) > 0):
         raise UsageError("--fits takes two sizes > 0, m, of a board for a five-bar")
-    if arguments.space == "joint" and (levels or arguments.path or arguments.load):
+    if not task and (levels or arguments.path or arguments.load):
         raise UsageError("--path, --load, --det-A and --sin are of task space only")
     regions = path = points = None
     with usage_errors():
-        if arguments.space == "task":
+        if task:
             regions = _feasible(
                 machine, replace(machine.on_poses, **levels), _load(arguments, machine)
             )
         if arguments.path:
             path = from_csv(arguments.path, units=arguments.units, columns=arguments.columns)
-            path = machine.frame.inverse(path)
+            points = path(np.linspace(path.start, path.start + path.duration, 1001))[0]
+            points = machine.frame.inverse(points)
         shape = (arguments.nodes, arguments.nodes)
         window = arguments.window
-        if window and arguments.space == "task":
+        if window:
             corners = machine.frame.inverse([(x, y) for x in window[:2] for y in window[2:]])
             window = np.transpose([corners.min(axis=0), corners.max(axis=0)]).ravel()
         data = singularity_map(robot, arguments.field, arguments.space, window, shape, tool)
@@ -100,12 +112,13 @@ def _map(arguments):
     checks = []
     if path:
         print_notes(arguments.path, path.notes)
-        points = path(np.linspace(path.start, path.start + path.duration, 1001))[0]
-        checks = [(mode, check_path(robot, path, mode)) for mode in data.modes]
+        checks = [(mode, _checked(machine, path, mode)) for mode in data.modes]
     figure = picture(data, points, regions)
-    saved(figure if arguments.space == "joint" else in_frame(figure, machine.frame), arguments.out)
+    saved(in_frame(figure, machine.frame), arguments.out)
     if arguments.graph:
         saved(aspect_graph(robot), arguments.graph)
+        if tool is not None:
+            print_notes(arguments.graph, ["of the aspects of joint C, without the tool"])
     if arguments.data:
         write = data.to_csv if arguments.data.suffix == ".csv" else data.to_npz
         write(arguments.data)
@@ -118,13 +131,13 @@ def _map(arguments):
         result |= _largest(machine, regions, margin)
     if arguments.fits is not None:
         places = parts if regions is None else regions
-        result["board"] = _board(machine, places, margin, arguments.fits)
+        name = "aspect" if regions is None else "region"
+        result["board"] = _board(machine, places, margin, arguments.fits) | {"in": name}
     if arguments.json:
         print_json({"frame": arguments.frame} | result)
         return
     print_table(arguments.frame_row)
-    if machine.moves_points and (arguments.data or arguments.page):
-        print_table([("--data and --page", FRAMES["robot"])])
+    print_table(in_robot_frame(machine, *used_options(arguments, "data", "page")))
     if parts is None:
         print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
     else:
@@ -225,7 +238,7 @@ def _board(machine, parts, margin, size):
         raise ValueError("no aspect holds a board of this shape")
     _, number, scale, rectangle = max(found)
     own = _placed(machine, rectangle)
-    return {"fits": scale >= 1, "scale": scale, "aspect": -number} | own
+    return {"fits": scale >= 1, "scale": scale, "number": -number} | own
 
 
 def _print_largest(result, size):
@@ -239,7 +252,7 @@ def _print_largest(result, size):
     if board := result.get("board"):
         verb = "fits" if board["fits"] else "does not fit"
         x, y = (1e3 * side for side in size)
-        where = f"scale {board['scale']:.4g}, in aspect {board['aspect']}"
+        where = f"scale {board['scale']:.4g}, in {board['in']} {board['number']}"
         print(
             f"a board of {x:.4g} x {y:.4g} mm {verb}: the largest of its shape is"
             f" {_rectangle_words(board)}, {where}"
@@ -266,7 +279,19 @@ def _print_regions(name, regions):
         print("no pose keeps these margins", file=sys.stderr)
 
 
+def _checked(machine, path, working):
+    """Return the check of a path, or the UnreachableError of a tool that cannot follow it."""
+    from ..constraints.path_check import check_path
+
+    try:
+        return check_path(machine.robot, machine.led(path, working), working)
+    except UnreachableError as error:
+        return error
+
+
 def _verdict(check):
+    if isinstance(check, UnreachableError):
+        return str(check)
     if not check.reachable and check.leaves == check.time:
         return f"leaves the workspace at t = {check.leaves:.12g} s"
     if check.singularity_free:
@@ -297,21 +322,10 @@ def _parts_as_json(machine, parts):
 
 
 def _as_json(machine, parts, checks):
-    paths = [
-        dict(
-            working=mode,
-            reachable=check.reachable,
-            singularity_free=check.singularity_free,
-            leaves_s=check.leaves,
-            time_s=check.time,
-            type=int(check.type),
-            touching=check.touching,
-            criterion_N=check.criterion,
-            criterion_holds=check.criterion_holds,
-            min_margin=check.min_margin,
-        )
-        for mode, check in checks
-    ]
+    paths = []
+    for mode, check in checks:
+        row = {key: getattr(check, name, None) for key, name in PATH.items()}
+        paths.append({"working": mode} | row)
     listed = None if parts is None else _parts_as_json(machine, parts)
     return {"aspects": listed, "path": paths}
 

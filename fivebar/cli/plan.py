@@ -21,7 +21,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine
+from .robot_options import add_robot_options, chosen_machine, in_robot_frame
 
 SAMPLES = 4001
 LIMITS = {  # option: constraint
@@ -111,6 +111,7 @@ def _plan(arguments):
         print_json({**figures, "frame": arguments.frame, "files": files})
         return
     print_table(arguments.frame_row)
+    print_table(in_robot_frame(machine, *files[:2]))
     _print(robot, figures)
     print_files(files)
 

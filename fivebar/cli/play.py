@@ -8,11 +8,11 @@ from pathlib import Path
 
 from ..base.errors import SingularityError, UsageError
 from .options import WORKING, add_options, check_ending, print_table, usage_errors
-from .robot_options import FRAMES, add_robot_options, chosen_machine
+from .robot_options import add_robot_options, chosen_machine, in_robot_frame
 
 OPTIONS = {
     "--out FILE": (Path("play.html"), "the page"),
-    "--xi X Y": "where joint C begins, m",
+    "--xi X Y": "where joint C begins, or the tool of the robot's file, m",
     WORKING: ((-1, -1), "modes there"),
     "--site DIR": "write a folder for any web host instead: the page, its preview, social tags",
     "--address URL": "where the folder of --site will be, for the preview of its links",
@@ -37,13 +37,15 @@ def _play(arguments):
     robot = machine.robot
     check_ending("--out", arguments.out, (".html", ".htm"))
     with usage_errors(ValueError, SingularityError):
-        xi = arguments.xi and machine.frame.inverse(arguments.xi)
-        pose = igm(robot, xi, tuple(arguments.working)) if arguments.xi else None
+        working = tuple(arguments.working)
+        xi = arguments.xi and machine.joint(arguments.xi, working)
+        pose = None if xi is None else igm(robot, xi, working)
         live = play(robot, pose, tool=machine.tool)
     if robot.fs1 or robot.fs2:
         print("fivebar: dry friction (fs1, fs2) is left out on the page", file=sys.stderr)
-    if arguments.xi and machine.moves_points:
-        print_table([("--xi", FRAMES["measuring"]), ("the page", FRAMES["robot"])])
+    print_table(in_robot_frame(machine, "the page"))
+    if machine.tool is not None:
+        print_table([("loci of the page", "those of joint C, not of the tool")])
     for path in _written(live, arguments):
         print(path)
     if arguments.link:

@@ -54,6 +54,13 @@ def robot_is_chosen(arguments):
     return arguments.robot != DEFAULT or bool(used_options(arguments, *PARAMETERS))
 
 
+def in_robot_frame(machine, *files):
+    """Return the row of output that names files in the robot's own frame, where its file has
+    another one.
+    """
+    return [(", ".join(map(str, files)), FRAMES["robot"])] if machine.moves_points and files else []
+
+
 def chosen_machine(arguments, user=""):
     """Return the Machine of these arguments, without what the command leaves out, which is said.
 
@@ -76,12 +83,14 @@ def chosen_machine(arguments, user=""):
         with catch_warnings():
             simplefilter("ignore")  # of unusual lengths, whose unit was written
             machine = replace(machine, robot=replace(robot, **values))
-        frame = getattr(arguments, "frame", None)
-        arguments.frame_row = [("points", FRAMES[frame])] if machine.moves_points and frame else []
-        if frame == "robot":
-            machine = replace(machine, frame=Placement())
-        machine, note = machine.used_by(user or arguments.command)
-    usual = ", ".join(read.defaults)
+        user = user or arguments.command
+        built, note = machine.used_by(user)
+    frame = getattr(arguments, "frame", None)
+    arguments.frame_row = [("points", FRAMES[frame])] if built.moves_points and frame else []
+    if frame == "robot":
+        built = replace(built, frame=Placement())
+    has_masses = "masses" in uses()[1][user].used
+    usual = ", ".join(each for each in read.defaults if has_masses or each[0] in "ld")
     notes = [note, usual and f"not in it, so as usual of a {title}: {usual}"]
     print_notes(arguments.robot, filter(None, notes))
-    return machine
+    return built

@@ -16,6 +16,7 @@ from ..control.laws import PD, ComputedTorque
 from ..models.robots import FiveBar
 from ..planning.samples import from_csv
 from ..planning.trajectory import line
+from ..singularities.degenerate import refuse_singular_everywhere
 from .options import (
     TABLE,
     WORKING,
@@ -29,7 +30,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, robot_is_chosen
+from .robot_options import add_robot_options, chosen_machine, in_robot_frame, robot_is_chosen
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
@@ -128,6 +129,7 @@ def _track(arguments):
     limits = machine.constraints
     if torque := arguments.torque_limit or limits.torque:
         limits = replace(limits, torque=np.min(torque))  # a tracker has one for both motors
+    refuse_singular_everywhere(robot, working, "track")
     with usage_errors(ValueError):
         reference = machine.led(reference, working)
         controller = _controller(arguments, robot, reference, working, limits)
@@ -141,6 +143,7 @@ def _track(arguments):
         print_json({**figures, "frame": arguments.frame, "files": files})
         return
     print_table(arguments.frame_row)
+    print_table(in_robot_frame(machine, *files))
     _print_table(robot, figures)
     print_files(files)
 

@@ -181,8 +181,7 @@ class Constraints:
                 clearance = _range_clearance(limits, pose.legs[leg].q, pose.robot.turns)
                 result[f"joint limits of q{leg + 1}1"] = clearance
         for a, b, c in self.half_planes:
-            name = f"{a:g} x + {b:g} y >= {c:g} m"
-            result[name] = a * x + b * y - c
+            result[plane_words(a, b, c)] = a * x + b * y - c
         if self.region:
             corners = np.array(self.region) @ (1, 1j)
             result["region"] = distance_inside(corners, x + 1j * y)
@@ -249,6 +248,12 @@ class Constraints:
             least = np.min(clearances, axis=0)
             return closes & (least >= 0)
         return closes
+
+
+def plane_words(a: float, b: float, c: float) -> str:
+    """Return the name of a half plane."""
+    a, b, c = (round(value, 12) + 0.0 for value in (a, b, c))
+    return f"{a:.6g} x + {b:.6g} y >= {c:.6g} m"
 
 
 def at_joints(motors: tuple[Motor, Motor]) -> tuple[tuple, tuple]:

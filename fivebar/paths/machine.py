@@ -138,6 +138,11 @@ class Machine:
         return ", ".join(modes)
 
     @property
+    def measured_constraints(self) -> Constraints:
+        """Its constraints with half planes and region in the measuring frame, as in a file."""
+        return _moved(self.constraints, self.frame)
+
+    @property
     def on_poses(self) -> Constraints:
         """Its constraints on poses."""
         return Constraints(**{name: getattr(self.constraints, name) for name in ON_POSES})
@@ -267,7 +272,7 @@ class Machine:
             tables["readings"] = {"offset": self.offset, "ratio": self.ratio}
         if self.moves_points:
             tables["frame"] = asdict(self.frame)
-        kept = _moved(self.constraints, self.frame)
+        kept = self.measured_constraints
         limits: dict[str, Any] = {name: getattr(kept, name) for name in kept.named}
         if "joints" in limits:
             limits["joints"] = [range_ or () for range_ in limits["joints"]]

@@ -17,6 +17,7 @@ from ..base.checks import instance, number, optional, positive, whole
 from ..base.robot_uses import takes_robot
 from ..constraints.constraints import Constraints, kept_by
 from ..models.geometry import Pose, igm
+from ..singularities.degenerate import refuse_singular_everywhere
 from .collocation import LIMITS, Scheme
 from .functions import OwnFunctions
 from .guess import first_guess, guess_again
@@ -153,6 +154,8 @@ def plan(
         The problem makes no sense.
     UnreachableError
         A point is out of reach.
+    SingularityError
+        All poses of the working modes are singular.
     PlanError
         No plan was found. It holds the best motion found, as `plan`, and its violations.
 
@@ -202,6 +205,7 @@ def plan(
             found = _under_gravity(problems, collocation, began)
         found = found or _best(problems, collocation, began)
         return refuse_broken(found, collocation.tolerance)
+    refuse_singular_everywhere(robot, working, "plan")
     stops = checked_stops(point_of(start), point_of(goal), duration, via)
     problem = Problem(robot, stops, working, weights, constraints, rule, own)
     refuse_massless(problem)

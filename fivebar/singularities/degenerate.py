@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.backend import EPS
+from ..base.errors import SingularityError
 from ..models.robots import FiveBar
 from .leg_circles import size_of
 
@@ -39,6 +40,12 @@ def singular_everywhere(robot: Any, working: Sequence[int]) -> bool:
         differences.append(robot.l11 - robot.l21)
     size = NEAR * max(left, right)
     return working[0] == working[1] and max(map(abs, differences)) <= size
+
+
+def refuse_singular_everywhere(robot: Any, working: Sequence[int], user: str) -> None:
+    """Raise SingularityError where all poses of working modes are singular."""
+    if singular_everywhere(robot, working):
+        raise SingularityError(f"{user}: {EVERYWHERE}", 0.0)
 
 
 def settled(robot: FiveBar) -> FiveBar:

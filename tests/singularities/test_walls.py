@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.constraints.boundaries import polyline, _put, boundaries, facing, satisfied_at
+from fivebar.constraints.boundaries import _put, boundaries, facing, polyline, satisfied_at
 from fivebar.constraints.constraints import distance_inside
 from fivebar.constraints.disc import bounded_by
 from fivebar.singularities.leg_circles import size_of

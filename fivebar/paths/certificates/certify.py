@@ -22,6 +22,7 @@ from ...base.tables import TextFile, written
 from ...constraints.constraints import Constraints, kept_by
 from ...models.geometry import igm
 from ...models.robots import FiveBar
+from ...singularities.degenerate import refuse_singular_everywhere
 from ..curve import Path
 from ..pieces import Arc, Line
 from .checker import LENGTHS, Number, digest, joint, legs, margins, point, proved
@@ -148,8 +149,11 @@ def certify(
     ------
     ValueError
         The tolerances leave nothing of a length, or another constraint is named.
+    SingularityError
+        All poses of these modes are singular.
     """
     constraints = constraints or Constraints()
+    refuse_singular_everywhere(robot, working, "certify")
     claim: dict = {
         "robot": {name: float(getattr(robot, name)) for name in LENGTHS},
         "tolerances": _tolerances(robot, tolerances),

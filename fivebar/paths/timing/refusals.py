@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.errors import SingularityError, UnreachableError
 from ...models.geometry import igm
-from ...singularities.degenerate import EVERYWHERE, singular_everywhere
+from ...singularities.degenerate import refuse_singular_everywhere
 from .sign_changes import SAMPLES
 
 if TYPE_CHECKING:
@@ -33,8 +33,7 @@ def refuse_unreachable(
     """UnreachableError or SingularityError where the path first leaves what the legs reach, or
     where all poses of the modes are singular.
     """
-    if singular_everywhere(robot, working):
-        raise SingularityError(f"time_path: {EVERYWHERE}", 0.0)
+    refuse_singular_everywhere(robot, working, "time_path")
     s = stretches.first[:, None] + stretches.length[:, None] * np.linspace(0, 1, SAMPLES + 1)
     xi = path.on(np.broadcast_to(stretches.piece[:, None], s.shape), s)[0].reshape(-1, 2)
     bad = ~np.isfinite(igm(robot, xi, working, unreachable="nan").q).all(axis=1)
