@@ -83,27 +83,31 @@ def compare(
     task = designs[0].task if designs and not choices else task_of(choices)
     if figures is None:
         figures = list(designs[0].values) if designs else list(USUAL)
-    values = {}
+    values, notes = {}, []
     for name, robot in robots.items():
         chosen = figures_of(figures, task, robot, "figures")
         row = np.array([places[name]])
-        found, _ = evaluate(chosen, PLACE, row, robot, task)
+        found, errors = evaluate(chosen, PLACE, row, robot, task)
         values[name] = {one.name: float(value) for one, value in zip(chosen, found[0])}
-    return DesignComparison(robots, values, chosen, task)
+        notes += [f"{name}: {words}" for _, words in errors]
+    return DesignComparison(robots, values, chosen, task, tuple(notes))
 
 
 @dataclass(frozen=True, eq=False)
 class DesignComparison(Plotted):
-    """robots {name: robot}; figures {name: {figure: value}}; of: these Figures; task: of them."""
+    """robots {name: robot}; figures {name: {figure: value}}; of: these Figures; task: of them;
+    notes: why a figure is nan.
+    """
 
     robots: dict[str, FiveBar | Biglide]
     figures: dict[str, dict[str, float]]
     of: tuple[Figure, ...]
     task: Task
+    notes: tuple[str, ...]
 
     def __str__(self) -> str:
         lines = [["", *self.robots]]
         for figure in self.of:
             values = (own[figure.name] for own in self.figures.values())
             lines.append([figure.label, *("-" if np.isnan(v) else f"{v:.4g}" for v in values)])
-        return "\n".join(aligned(lines, 1))
+        return "\n".join([*aligned(lines, 1), *self.notes])
