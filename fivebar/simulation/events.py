@@ -57,14 +57,12 @@ def crossings(
     modes = _modes(margins)
     zeros = []  # (time, column, step)
     for column in range(3):
-        y = margins[:, column].tolist()
-        slopes = (step * rates[:, column]).tolist()
         changes = modes[1:, column] * modes[:-1, column] < 0
         growth = margins[:, column] * rates[:, column]
         turns = (growth[:-1] < 0) & (growth[1:] > 0)
         for k in np.flatnonzero(changes | turns).tolist():
-            ends = slice(k, k + 2)
-            cubic = Cubic.through(y[ends], slopes[ends])
+            ends = slice(k, k + 2), column
+            cubic = Cubic.through(margins[ends].tolist(), (step * rates[ends]).tolist())
             look = motion and partial(_look, motion, column, t[k], step)
             places = [zero(cubic, look)] if changes[k] else there_and_back(cubic, look)
             zeros += [(t[k] + step * place, column, k) for place in places]

@@ -7,7 +7,7 @@ from __future__ import annotations
 import itertools
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import lru_cache
 from operator import itemgetter
 
@@ -208,8 +208,8 @@ class Plant:
     def rows(self, t: np.ndarray) -> np.ndarray:
         """Return the observations (n, columns) at times t (n,) up to now."""
         rows = np.empty((len(t), COLUMNS))
-        _, _, all_states, all_polynomials, _ = self.pieces
-        for part, at, places in self._stretches(t):
+        begins, lengths, all_states, all_polynomials, _ = self.pieces
+        for part, at, places in _stretches(t, begins, lengths):
             states = all_states[at]
             polynomials = all_polynomials[at]
             columns = between(states, polynomials, places).T.copy()
@@ -217,14 +217,6 @@ class Plant:
             _, _, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]), free)
             rows[part] = observation(rates)
         return rows
-
-    def _stretches(self, t: np.ndarray) -> Iterator[tuple]:
-        """Yield slices of t, the numbers of the steps that these times are in, places in these."""
-        t0, lengths, *_ = self.pieces
-        for first in range(0, len(t), STRETCH):
-            part = slice(first, first + STRETCH)
-            at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
-            yield part, at, (t[part] - t0[at]) / lengths[at]
 
     def _free(self, states, polynomials):
         """Return per drive which of these steps move it, None: all."""
@@ -248,7 +240,7 @@ class Plant:
         of_steps = self._lost(np.ones(len(pieces[0])), *pieces)
         before = np.concatenate([[0.0], np.cumsum(of_steps)])
         loss = np.empty(len(t))
-        for part, at, places in self._stretches(t):
+        for part, at, places in _stretches(t, *pieces[:2]):
             begun = (column[at] for column in pieces)
             loss[part] = before[at] + self._lost(places, *begun)
         return loss
@@ -267,6 +259,14 @@ class Plant:
                 power = power + (taken * q_dot).sum(axis=1)
             total = total + weight / 2 * power
         return total * places * lengths
+
+
+def _stretches(t, begins, lengths):
+    """Yield slices of t, the numbers of the steps that these times are in, places in these."""
+    for first in range(0, len(t), STRETCH):
+        part = slice(first, first + STRETCH)
+        at = np.clip(np.searchsorted(begins, t[part], side="right") - 1, 0, None)
+        yield part, at, (t[part] - begins[at]) / lengths[at]
 
 
 def _fast(function, jit):
