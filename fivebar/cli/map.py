@@ -17,6 +17,7 @@ from ..singularities.degenerate import EVERYWHERE
 from ..singularities.maps import FIELDS, singularity_map
 from .options import (
     TABLE,
+    WORKING,
     add_options,
     check_ending,
     print_files,
@@ -42,6 +43,8 @@ OPTIONS = TABLE | {
     "--path PATH.csv": "a path t (s), x, y (m) to draw and to check",
     "--units UNIT ...": "units of the path's columns, as mm or t=ms x=mm",
     "--out FILE": (Path("map.png"), "PNG, SVG or PDF"),
+    WORKING: "of the picture: these working modes alone",
+    "--width column|page": "of the picture: that of a journal's column, 88 mm, or page, 181 mm",
     "--data FILE": "the grid as .csv or .npz",
     "--page OUT.html": "an interactive page: point at the map to move the robot",
     "--graph OUT.png": "a graph of the aspects between which a motion may pass",
@@ -88,8 +91,8 @@ def _map(arguments):
     levels = used_options(arguments, "det_A", "sin")
     if arguments.fits is not None and not (robot.turns and min(arguments.fits) > 0):
         raise UsageError("--fits takes two sizes > 0, m, of a board for a five-bar")
-    if not task and (levels or arguments.path or arguments.load):
-        raise UsageError("--path, --load, --det-A and --sin are of task space only")
+    if not task and (levels or arguments.path or arguments.load or arguments.working):
+        raise UsageError("--path, --load, --det-A, --sin and --working are of task space only")
     regions = path = points = None
     with usage_errors():
         if task:
@@ -113,7 +116,10 @@ def _map(arguments):
     if path:
         print_notes(arguments.path, path.notes)
         checks = [(mode, _checked(machine, path, mode)) for mode in data.modes]
-    figure = picture(data, points, regions)
+    style: dict = used_options(arguments, "width")
+    if arguments.working:
+        style["modes"] = [tuple(arguments.working)]
+    figure = picture(data, points, regions, **style)
     saved(in_frame(figure, machine.frame), arguments.out)
     if arguments.graph:
         saved(aspect_graph(robot), arguments.graph)
@@ -226,10 +232,11 @@ def _placed(machine, rectangle):
 
 def _board(machine, parts, margin, size):
     """Return the aspect or region that holds a board of this shape (2,) m largest."""
+    from ..base.progress import progress
     from ..constraints.rectangle import largest_rectangle
 
     found = []
-    for part in parts:
+    for part in progress(parts, desc="boards", delay=2, leave=False):
         with suppress(ValueError):  # no rectangle of that shape is found there
             rectangle = largest_rectangle(part, margin, size[0] / size[1])
             scale = (rectangle.x_max - rectangle.x_min) / size[0]

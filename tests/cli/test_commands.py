@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -165,6 +166,17 @@ def test_map_of_task_2(tmp_path, capsys):
     assert len(figures["aspects"]) == 10 and figures["path"][3]["time_s"] == pytest.approx(
         3.17259107746439, abs=1e-9
     )
+
+
+def test_a_map_of_one_mode_for_a_journals_column(tmp_path, capsys):
+    words = ["map", "--nodes", "21", "--out", str(tmp_path / "map.pdf")]
+    assert main([*words, "--working", "1", "-1", "--width", "column"]) == 0
+    written = (tmp_path / "map.pdf").read_bytes()
+    box = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) ", written)
+    assert box and float(box[1]) == pytest.approx(88 / 25.4 * 72, abs=1e-3)
+    assert b"/CIDFontType2" in written and b"/Type3" not in written
+    assert main([*words, "--space", "joint", "--working", "1", "-1"]) == 2
+    assert "--working are of task space only" in capsys.readouterr().err
 
 
 @pytest.mark.deep
