@@ -41,8 +41,7 @@ class Clock:
     @cached_property
     def taken(self) -> np.ndarray:
         """Return the time of each stretch (n,), s, without averaging."""
-        stretches = zip(self.length, self.x[:-1], self.x[1:], self.bent)
-        return np.array([duration(*stretch) for stretch in stretches])
+        return duration(self.length, self.x[:-1], self.x[1:], self.bent)
 
     @cached_property
     def _starts(self):

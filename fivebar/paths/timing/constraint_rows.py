@@ -67,13 +67,23 @@ class ConstraintRows(NamedTuple):
     """Rows on n stretches.
 
     parts: {a, b, v, c: (3, rows, n)}, Bernstein coefficients. bend, slack: {a, b, v, c: (rows, n)},
-    by which each may differ (`bounds.Bernstein`). torque (rows,): whether a row limits a torque.
+    by which each may differ (`bounds.Bernstein`). torque, tip (rows,): whether a row limits a
+    torque, or the tip's acceleration.
     """
 
     parts: dict
     bend: dict
     slack: dict
     torque: np.ndarray
+    tip: np.ndarray
+
+    def turned(self, back: np.ndarray) -> ConstraintRows:
+        """Return the rows with the stretches `back` (n,) run backwards: u changes its sign."""
+        parts = {}
+        for name, values in self.parts.items():
+            sign = -1.0 if name == "a" else 1.0
+            parts[name] = np.where(back, values[::-1] * sign, values)
+        return self._replace(parts=parts)
 
 
 def rows_of(
@@ -93,8 +103,8 @@ def rows_of(
     end-effector, inf where it is free.
     """
     n = len(side)
-    rows: list[tuple[dict, bool]] = []
-    alone: list[tuple[dict, bool]] = []  # (row, whether it limits a torque)
+    rows: list[tuple[dict, str]] = []
+    alone: list[tuple[dict, str]] = []  # (row, what it limits)
     minus_one: list[tuple] = [(-1.0, None)]
     for k, sign in product((0, 1), (1.0, -1.0)):
         joint = k + 1
@@ -117,12 +127,12 @@ def rows_of(
                 # tau / stall + q' / no_load <= 1, times det A.
                 line = sign * side / limits.no_load[k]
                 row["v"] = [*row.get("v", ()), (line, found[f"d{joint}"])]
-            rows.append((row, True))
+            rows.append((row, "torque"))
         if limits.joint_acceleration is not None:
             share = sign / limits.joint_acceleration[k]
             by_u: list[tuple] = [(share, found[f"q{joint}"])]
             by_x: list[tuple] = [(share, found[f"p{joint}"])]
-            rows.append(({"a": by_u, "b": by_x, "c": minus_one}, False))
+            rows.append(({"a": by_u, "b": by_x, "c": minus_one}, "joint"))
     if limits.acceleration is not None:
         half = np.diff(directions, axis=0, append=directions[:1] + 2 * np.pi) / 2 * inside
         for angle, opening in zip(directions + half, half):
@@ -130,16 +140,16 @@ def rows_of(
             across = np.sin(angle) / limits.acceleration
             by_u = [(along, found["g"])]
             by_x = [(along, found["m"]), (across, found["k"])]
-            rows.append(({"a": by_u, "b": by_x, "c": [(-np.cos(opening), None)]}, False))
+            rows.append(({"a": by_u, "b": by_x, "c": [(-np.cos(opening), None)]}, "tip"))
         for sign in (1.0, -1.0):
             share = sign / limits.acceleration
-            alone.append(({"b": [(share, found["k"])], "c": minus_one}, False))
+            alone.append(({"b": [(share, found["k"])], "c": minus_one}, "speed"))
     if limits.joint_speed is not None:
         for k in (0, 1):
             share = limits.joint_speed[k] ** -2
-            alone.append(({"b": [(share, found[f"w{k + 1}"])], "c": minus_one}, False))
+            alone.append(({"b": [(share, found[f"w{k + 1}"])], "c": minus_one}, "speed"))
     if np.isfinite(speed).any():
-        alone.append(({"b": [(speed**-2.0, found["w0"])], "c": minus_one}, False))
+        alone.append(({"b": [(speed**-2.0, found["w0"])], "c": minus_one}, "speed"))
     return _stacked(rows, n), _stacked(alone, n)
 
 
@@ -158,4 +168,5 @@ def _stacked(rows, n):
                 parts[part][2, r] += share * value.last
                 bend[part][r] += np.abs(share) * value.bend
                 slack[part][r] += np.abs(share) * value.slack
-    return ConstraintRows(parts, bend, slack, np.array([torque for _, torque in rows], dtype=bool))
+    limited = np.array([what for _, what in rows])
+    return ConstraintRows(parts, bend, slack, limited == "torque", limited == "tip")

@@ -13,114 +13,135 @@ from .lower_bound import Ceiling
 from .polygons import Polygons
 
 TINY = 1e-12  # share of a row's coefficients that counts as 0
-FINE = 34  # halvings in which a polygon's corner is found
+LOOKS = 20  # at most at a polygon, for its corner
+ROUNDING = 1e-14  # of x
 
 
 def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarray, list[int]]:
     """Return (x at the nodes (n + 1,), the nodes from which no motion leads on).
 
-    rest (n + 1,): nodes at rest. From rest to rest x is 0 where there is such a node.
+    rest (n + 1,): nodes at rest. From rest to rest x is 0 where there is such a node. All stretches
+    are taken at once, and again those beside which the bounds of x became closer.
     """
     table, n = found.table, len(found.table)
-    top = np.where(rest, 0.0, above.x)
+    high = np.where(rest, 0.0, above.x)
+    low = np.zeros(n + 1)
     p, q, r = (np.ascontiguousarray(table[..., k]) for k in range(3))
     up = p > TINY
     down = p < -TINY
-    flat = np.abs(p) <= TINY
     with np.errstate(all="ignore"):
-        reach = np.where(flat, 0.0, -1 / p)
+        reach = np.where(np.abs(p) <= TINY, 0.0, -1 / p)
         # The x1 with which x0 = 0 is allowed.
         ends = -r / q
-        first = np.where(q < -TINY, ends, 0.0).max(axis=1).tolist()
-        last = np.where(q > TINY, ends, np.inf).min(axis=1).tolist()
+        first = np.where(q < -TINY, ends, 0.0).max(axis=1)
+        last = np.where(q > TINY, ends, np.inf).min(axis=1)
+        forth = np.where(q > TINY, -1 / q, 0.0)
     always = ~((np.abs(q) <= TINY) & (r > 0)).any(axis=1)
-    corner = _corners(p, q, r, reach, top[1:], True).tolist()
-    low = [0.0] * (n + 1)
-    high = top.tolist()
+    corner = _corners(p, q, r, reach, high[1:], True)
     lowest = None
-    stuck = []
-    least = 1e-12 * above.x.max() + 1e-300
-    begins = np.maximum.accumulate(np.where(rest[:-1], np.arange(n), 0)).tolist()
-    i = n - 1
-    while i >= 0:
-        x1 = min(max(corner[i], low[i + 1]), high[i + 1])
-        value = (r[i] + q[i] * x1) * reach[i]
-        at_most = value[up[i]].min(initial=np.inf)
-        can_rest = always[i] and max(first[i], low[i + 1]) <= min(last[i], high[i + 1])
-        if not can_rest:
-            if lowest is None:
-                lowest = _corners(p, q, r, reach, top[1:], False)
-            x1 = min(max(lowest[i], low[i + 1]), high[i + 1])
-            value = (r[i] + q[i] * x1) * reach[i]
-            low[i] = max(value[down[i]].max(initial=0.0), 0.0)
-        high[i] = min(high[i], at_most)
-        if not low[i] <= high[i]:
-            if low[i] - high[i] > least or rest[i] and low[i] > 0:
-                stuck.append(i)
-                i = begins[i]
-            low[i] = high[i] = max(high[i], 0.0)
-        i -= 1
-    return _forwards(p, q, r, low, high, begins, stuck)
-
-
-def _forwards(p, q, r, low, high, begins, stuck):
-    """Return the largest x from node to node, and the nodes from which none leads on."""
-    n = len(p)
-    x = [high[0]]
-    closed = {begins[i] for i in stuck}
-    up = q > TINY
-    with np.errstate(all="ignore"):
-        reach = np.where(up, -1 / q, 0.0)
     base = r * reach
-    slope = p * reach
-    for i in range(n):
-        if begins[i] in closed:
-            x.append(0.0)
-            continue
-        most = (base[i] + slope[i] * x[i])[up[i]].min(initial=np.inf)
-        x.append(min(float(most), high[i + 1]))
-        if x[-1] < low[i + 1] or (x[-1] <= 0 and i < n - 1 and high[i + 1] > 0):
-            stuck.append(i)
-            closed.add(begins[i])
-            x[begins[i] + 1 :] = [0.0] * (i + 1 - begins[i])
-    return np.array(x), stuck
+    slope = q * reach
+    most = np.where(up, base, np.inf)
+    steep = np.where(up, slope, 0.0)
+    least = 1e-12 * above.x.max() + 1e-300
+    stuck = np.zeros(n + 1, dtype=bool)
+    i = np.arange(n)
+    while len(i):
+        x1 = np.clip(corner[i], low[i + 1], high[i + 1])
+        at_most = (most[i] + steep[i] * x1[:, None]).min(axis=1)
+        begins = np.maximum(first[i], low[i + 1])
+        moves = ~(always[i] & (begins <= np.minimum(last[i], high[i + 1])))
+        at_least = np.zeros(len(i))
+        if moves.any():
+            if lowest is None:
+                lowest = _corners(p, q, r, reach, high[1:], False)
+            k = i[moves]
+            x1 = np.clip(lowest[k], low[k + 1], high[k + 1])[:, None]
+            value = np.where(down[k], base[k] + slope[k] * x1, 0.0)
+            at_least[moves] = value.max(axis=1)
+        closer = (at_most < high[i]) | (at_least > low[i])
+        i = i[closer]
+        high[i] = np.minimum(high[i], at_most[closer])
+        low[i] = np.maximum(low[i], at_least[closer])
+        none = ~(low[i] <= high[i])
+        k = i[none]
+        stuck[k] |= (low[k] - high[k] > least) | (rest[k] & (low[k] > 0))
+        low[k] = high[k] = np.maximum(high[k], 0.0)
+        i = i[i > 0] - 1
+    most = np.where(q > TINY, r * forth, np.inf)
+    steep = p * forth
+    x = high.copy()
+    i = np.arange(n)
+    while len(i):
+        end = (most[i] + steep[i] * x[i, None]).min(axis=1)
+        less = end < x[i + 1]
+        i = i[less] + 1
+        x[i] = end[less]
+        i = i[i < n]
+    lost = (x < low) | (x <= 0) & (high > 0)
+    lost[-1] = x[-1] < low[-1]
+    part = np.cumsum(rest[:-1]) - 1
+    nodes = []
+    # Backwards the last one is met first, forwards the first one.
+    for k in range(part[-1] + 1):
+        own = np.flatnonzero(part == k)
+        behind = own[stuck[own]]
+        ahead = own[lost[own + 1]]
+        if len(behind) or len(ahead):
+            nodes.append(int(behind[-1] if len(behind) else ahead[0]))
+            x[own] = 0.0
+    return x, nodes
 
 
 def _corners(p, q, r, reach, top, largest):
-    """Return for each polygon the x1 in [0, top] at which x0 is largest, or least, (n,)."""
-    low = np.zeros(len(p))
-    high = top.copy()
-    left = np.arange(len(p))
-    good = np.full(len(p), np.nan)
-    for k in range(FINE):
-        if k == 0:
-            x1 = high[left]
-        else:
-            x1 = (low[left] + high[left]) / 2
+    """Return for each polygon the x1 in [0, top] at which x0 is largest, or least, (n,).
+
+    x1 is where the lines meet that bound x0 on both sides of it; a line that forbids it gives the
+    nearest x1 that it allows.
+    """
+    n = len(p)
+    ends = np.stack([np.zeros(n), top])  # the corner lies between
+    lines = np.full((2, n, 2), np.nan)  # there, constant and slope
+    corner = top.copy()
+    left = np.arange(n)
+    side = np.ones(n, dtype=int)  # of the corner, on which x1 is an end; 2: neither
+    for _ in range(LOOKS):
+        x1 = corner[left]
         p_ = p[left]
         q_ = q[left]
-        reach_ = reach[left]
         value = r[left] + q_ * x1[:, None]
-        x0 = value * reach_
+        x0 = value * reach[left]
         index = np.arange(len(left))
-        most = np.where(p_ > TINY, x0, np.inf)
-        least = np.where(p_ < -TINY, x0, -np.inf)
-        wrong = np.where(np.abs(p_) <= TINY, value, -np.inf)
-        i = most.argmin(axis=1)
-        j = least.argmax(axis=1)
-        m = wrong.argmax(axis=1)
-        slope_i = q_[index, i] * reach_[index, i]
-        slope_j = q_[index, j] * reach_[index, j]
-        closed = most[index, i] < least[index, j]
-        outside = wrong[index, m] > 0
-        slope = np.where(closed, slope_i - slope_j, slope_i if largest else -slope_j)
-        slope = np.where(outside, -q_[index, m], slope)
-        good[left] = np.where(closed | outside, good[left], x1)
-        low[left] = np.where(slope > 0, x1, low[left])
-        high[left] = np.where(slope > 0, high[left], x1)
-        if k == 0:
-            # Most are done: x0 grows up to the top.
-            left = left[(slope < 0) | closed | outside]
-            if not len(left):
-                break
-    return np.where(np.isnan(good), (low + high) / 2, good)
+        i = np.where(p_ > TINY, x0, np.inf).argmin(axis=1)
+        j = np.where(p_ < -TINY, x0, -np.inf).argmax(axis=1)
+        m = np.where(np.abs(p_) <= TINY, value, -np.inf).argmax(axis=1)
+        most, least = x0[index, i], x0[index, j]
+        slope_i, slope_j = ((q[left, k] * reach[left, k]) for k in (i, j))
+        wrong = np.where(np.abs(p_[index, m]) <= TINY, value[index, m], -np.inf)
+        outside = wrong > ROUNDING * top[left]
+        closed = ~outside & (most < least - ROUNDING * top[left])
+        size, slope = (most, slope_i) if largest else (-least, -slope_j)
+        slope = np.where(closed, slope_i - slope_j, np.where(outside, -q_[index, m], slope))
+        over = np.where(outside, -wrong, most - least)
+        forbidden = outside | closed
+        with np.errstate(all="ignore"):
+            place = np.where(forbidden, x1 - over / slope, x1)
+            known = lines[:, left]
+            meant = known[0, :, 0] + known[0, :, 1] * x1
+            met = ~forbidden & (np.abs(meant - size) <= 1e-12 * np.abs(size))
+        done = ~forbidden & (side[left] == (slope >= 0)) | met & (side[left] == 2)
+        onward = (slope <= 0).astype(int)
+        line = np.stack([size - slope * x1, slope], axis=-1)
+        lines[onward, left] = np.where(forbidden[:, None], np.nan, line)
+        ends[onward, left] = np.clip(place, *ends[:, left])
+        done |= ends[0, left] >= ends[1, left]
+        left = left[~done]
+        if not len(left):
+            break
+        (c0, s0), (c1, s1) = lines[:, left].transpose(0, 2, 1)
+        with np.errstate(all="ignore"):
+            between = (c1 - c0) / (s0 - s1)
+        side[left] = np.where(np.isnan(c1), 1, np.where(np.isnan(c0), 0, 2))
+        between = np.clip(between, *ends[:, left])
+        corner[left] = np.where(side[left] == 2, between, ends[side[left] % 2, left])
+    return corner

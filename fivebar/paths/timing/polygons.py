@@ -68,9 +68,9 @@ def polygons(
     crossing = mesh.criterion
     back = mesh.criterion[1:]
     if back.any():
-        # Stretches that end on Type 2 are run backwards: u changes its sign.
-        rows = _turned(rows, back)
-        alone = _turned(alone, back)
+        # Stretches that end on Type 2 are run backwards.
+        rows = rows.turned(back)
+        alone = alone.turned(back)
     first = np.zeros((n, 3))
     last = np.zeros((n, 3))
     first[:, 0] = last[:, 1] = 1.0
@@ -150,15 +150,6 @@ def _largest_push(rows, high):
 
 def _const(value):
     return np.stack([0 * value, 0 * value, value], axis=-1)
-
-
-def _turned(rows, back):
-    """Return the rows with the stretches `back` run backwards."""
-    parts = {}
-    for name, values in rows.parts.items():
-        sign = -1.0 if name == "a" else 1.0
-        parts[name] = np.where(back, values[::-1] * sign, values)
-    return rows._replace(parts=parts)
 
 
 @lru_cache

@@ -90,6 +90,6 @@ def _mixture(length, fast, slow, wanted):
         w = (low + high) / 2
         x = (1 - w) * fast.x + w * slow.x
         bent = (1 - w) * fast.bent + w * slow.bent
-        time = np.array([taken(*each) for each in zip(length, x[:-1], x[1:], bent)])
+        time = taken(length, x[:-1], x[1:], bent)
         low, high = (w, high) if time.sum() < wanted else (low, w)
     return x, bent, time
