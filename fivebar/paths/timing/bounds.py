@@ -83,6 +83,9 @@ class Bernstein(NamedTuple):
     bend: np.ndarray
     slack: np.ndarray
 
+    def taken(self, at: np.ndarray) -> Bernstein:
+        return Bernstein(*(value[at] for value in self))
+
     def least(self) -> np.ndarray:
         """Return a lower bound (n,)."""
         ends = np.minimum(self.first, self.last)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from ...models.robots import Robot
     from ..curve import Path
 
-FIRST = 96  # stretches of a whole path at first
+FIRST = 48  # stretches of a whole path at first
+OF_PIECE = 8  # of each piece at least: on fewer, often no motion is found
 LONG = 1e-4  # of it: shorter ones are left where it is not known which way a joint turns
 ZERO = 1e-11  # of a joint's largest derivative: rounding of where it turns round
 SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to touch a singularity
@@ -47,7 +48,7 @@ class Mesh:
     @property
     def s(self) -> np.ndarray:
         starts = self.path.knots[self.stretches.piece]
-        return np.append(starts + self.stretches.first, self.path.length)
+        return np.append(starts + self.stretches.first, starts[-1] + self.stretches.last[-1])
 
     @property
     def side(self) -> np.ndarray:
@@ -62,6 +63,13 @@ class Mesh:
     def rest(self) -> np.ndarray:
         stops = np.array([stop.s for stop in self.path.stops])
         return np.abs(self.s[:, None] - stops).min(axis=1) <= 1e-12 * self.path.length
+
+    @property
+    def part(self) -> np.ndarray:
+        """Return which part of the path, from rest to rest, each stretch (n,) is on."""
+        stops = np.array([stop.s for stop in self.path.stops])
+        middles = self.s[:-1] + self.stretches.length / 2
+        return np.searchsorted(stops, middles) - 1
 
     @property
     def speed(self) -> np.ndarray:
@@ -130,7 +138,43 @@ class Mesh:
 
     def split(self, parts: np.ndarray) -> Mesh:
         """With each stretch cut in so many parts (n,), 1 or more."""
-        return _enclosed(self.robot, self.path, self.working, self.stretches.parted(parts))
+        return _enclosed(
+            self.robot,
+            self.path,
+            self.working,
+            self.stretches.parted(parts),
+            np.repeat(parts > 1, parts),
+            {name: value.taken(np.repeat(np.arange(len(self)), parts)) for name, value in self.found.items()},
+        )
+
+    def taken(self, at: np.ndarray) -> Mesh:
+        """Return the mesh of these stretches alone, those of whole parts from rest to rest."""
+        found = {name: value.taken(at) for name, value in self.found.items()}
+        stretches = self.stretches.taken(at)
+        return replace(self, stretches=stretches, found=found, crossing=of_nodes(self.crossing, at))
+
+
+def joined(meshes: list[Mesh]) -> tuple[Mesh, np.ndarray]:
+    """Return one mesh of several, and the order of their stretches in it."""
+    ends = np.concatenate([mesh.s[:-1] for mesh in meshes])
+    order = np.argsort(ends)
+    stretches = Stretches(
+        *(
+            np.concatenate([getattr(mesh.stretches, name) for mesh in meshes])[order]
+            for name in ("piece", "first", "last")
+        )
+    )
+    found = {
+        name: Bernstein(*np.concatenate([mesh.found[name] for mesh in meshes], axis=1)[:, order])
+        for name in meshes[0].found
+    }
+    crossing = np.append(np.concatenate([mesh.crossing[:-1] for mesh in meshes])[order], False)
+    return replace(meshes[0], stretches=stretches, found=found, crossing=crossing), order
+
+
+def of_nodes(values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the values at nodes (n + 1,) of a mesh for one of these stretches alone."""
+    return np.append(values[:-1][at], values[1:][at][-1:])
 
 
 def _sign(value):
@@ -165,9 +209,7 @@ def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
 
 def _first(path):
     lengths = np.diff(path.knots)
-    rests = np.isin(path.knots, [stop.s for stop in path.stops])
-    least = np.where(rests[:-1] & rests[1:], 2, 1)  # from rest to rest it has to move in between
-    count = np.maximum(np.ceil(FIRST * lengths / path.length).astype(int), least)
+    count = np.maximum(np.ceil(FIRST * lengths / path.length).astype(int), OF_PIECE)
     piece = np.repeat(np.arange(len(lengths)), count)
     share = np.concatenate([np.arange(n + 1) / n for n in count])
     ends = np.repeat(np.array([p.length for p in path.pieces]), count + 1) * share
@@ -176,10 +218,18 @@ def _first(path):
     return Stretches(piece, ends[starts], ends[starts + 1])
 
 
-def _enclosed(robot, path, working, stretches):
-    """Return the Mesh on these stretches, split further where something is not decided."""
+def _enclosed(robot, path, working, stretches, new=None, found=None):
+    """Return the Mesh on these stretches, split further where something is not decided.
+
+    found: what is known on them but for those that are new (n,).
+    """
     while True:
-        found = enclosed(robot, path, stretches, working)
+        if new is None or new.all():
+            found = enclosed(robot, path, stretches, working)
+        elif new.any():
+            for name, value in enclosed(robot, path, stretches.taken(new), working).items():
+                for old, own in zip(found[name], value):
+                    old[new] = own
         D = found["D"]
         # A node on Type 2: det A is 0 to rounding there, and has other signs on both sides.
         low = np.abs(np.append(D.first, D.last[-1])) <= 1e-12
@@ -201,5 +251,12 @@ def _enclosed(robot, path, working, stretches):
         tiny = bad & (stretches.length < SHORTEST * path.length)
         if tiny.any():
             refuse_undecided(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
-        stretches = stretches.parted(1 + bad)
-        stretches = cut_where_missed(robot, path, stretches, working)
+        parts = 1 + bad
+        stretches = stretches.parted(parts)
+        after = cut_where_missed(robot, path, stretches, working)
+        new = None
+        if len(after) == len(stretches):
+            new = np.repeat(bad, parts)
+            again = np.repeat(np.arange(len(bad)), parts)
+            found = {name: value.taken(again) for name, value in found.items()}
+        stretches = after

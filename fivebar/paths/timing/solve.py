@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from itertools import count
+from itertools import count as count_up
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from ...base.progress import progress
 from .constraint_rows import DIRECTIONS, NEAR, Limits, rows_of
 from .feasible_motion import profile
 from .lower_bound import MARGIN, Ceiling, caps, ceiling, duration
+from .mesh import joined, of_nodes
 from .polygons import polygons
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 MOST = 20000  # stretches
 LOOKS = 1_000_000  # at stretches, on all meshes: about 30 s
+GROWN = 10  # times as many stretches as at first, more than these
+WORK = 20  # looks at each of them
 FAILURES = 100  # meshes without a motion
 BESIDE = 3  # stretches on either side of Type 2
 LONG = 1e-5  # of the path: stretches become at least as short as this
@@ -64,57 +67,122 @@ class Solved(NamedTuple):
     def gap(self) -> float:
         return float(self.time.sum() / self.above.time.sum()) - 1
 
+    def taken(self, at: np.ndarray) -> Solved:
+        """Return it on these stretches (n,) alone, those of whole parts from rest to rest."""
+        above = Ceiling(
+            of_nodes(self.above.x, at), self.above.time[at], self.above.size[at], None
+        )
+        places = np.cumsum(at) - 1
+        stuck = tuple(int(places[k]) for k in self.stuck if at[k])
+        nodes = of_nodes(self.top, at), of_nodes(self.x, at)
+        return Solved(above, *nodes, self.bent[at], self.time[at], stuck)
+
 
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """Return the mesh, split until both bounds are within `gap`, and the solution on it.
 
-    It ends before after a fixed count of work, or `until`, s, of the thread's processor time.
+    Each part from rest to rest is split until its own bounds are. It ends before after a fixed
+    count of work, or `until`, s, of the thread's processor time.
     """
-    best = None
+    count = len(mesh.path.stops) - 1
+    smallest = np.full(count, np.inf)  # gap of each part
+    best = np.full(count, -1)  # in this round
+    rounds = []
     hints = None
-    failures = 0
     looks = 0
+    most = len(mesh) * GROWN + MOST
     while (thin := _beside_type_2(mesh, True)).any():
         mesh = mesh.split(1 + thin)
-    for _ in progress(count(), desc="least time", unit=" rounds", delay=2, leave=False):
+    for k in progress(count_up(), desc="least time", unit=" rounds", delay=2, leave=False):
         found = solve(mesh, limits, hints)
+        rounds.append((mesh, found))
         looks += found.looks
-        late = len(mesh) > MOST or looks > LOOKS or time.thread_time() > until
-        if np.isfinite(found.gap):
-            if best is None or found.gap < best[1].gap:
-                best = mesh, found
-            if found.gap <= gap:
-                break
-            parts = _parts(mesh, found, gap)
-            mean = (found.x[1:] + found.x[:-1]) / 2
-            hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length), mean])
-        else:
-            failures += 1
-            late |= best is None and failures > FAILURES
-            open_ = ~np.isfinite(found.above.size)
-            parts = 1 + open_ if open_.any() else _parts_about(mesh.stretches.length, found.stuck)
-        if late:
+        part = mesh.part
+        with np.errstate(invalid="ignore"):
+            times = (np.bincount(part, each, count) for each in (found.time, found.above.time))
+            gaps = np.divide(*times) - 1
+        better = gaps < smallest
+        smallest[better] = gaps[better]
+        best[better] = k
+        open_ = (smallest > gap)[part]
+        late = time.thread_time() > until
+        if late or not open_.any() or len(mesh) > most or looks > LOOKS + WORK * most:
             break
-        after = mesh.split(parts)
-        if hints is not None:
-            hints = hints[:, np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1]
+        if k > FAILURES and (best < 0).any():
+            break
+        mesh = mesh.taken(open_)
+        found = found.taken(open_)
+        hints = _hints(mesh, found)
+        after = mesh.split(_parts(mesh, found, gap))
+        middles = after.s[:-1] + after.stretches.length / 2
+        hints = hints[:, np.searchsorted(mesh.s, middles) - 1]
         mesh = after
-    if best is None:
+    if (best < 0).any():
+        if late:
+            raise TimingError(
+                "time_path: max_time ran out before a motion along the whole path was found; give"
+                " it more",
+                float(mesh.s[found.stuck[0]]),
+                False,
+            )
         raise _no_motion(mesh, found.stuck[0], False)
-    return best
+    chosen = []
+    for k, (mesh, found) in enumerate(rounds):
+        own = best[mesh.part] == k
+        if own.any():
+            chosen.append((mesh.taken(own), found.taken(own)))
+    return _joined(chosen, looks)
+
+
+def _joined(solved, looks):
+    """Return one mesh and solution of those of several parts."""
+    meshes = [mesh for mesh, _ in solved]
+    mesh, order = joined(meshes)
+    each = [found for _, found in solved]
+
+    def on_stretches(name):
+        return np.concatenate([getattr(found, name) for found in each])[order]
+
+    def at_nodes(values):
+        starts = np.concatenate([value[:-1] for value in values])[order]
+        return np.append(starts, 0.0)
+
+    above = Ceiling(
+        at_nodes([found.above.x for found in each]),
+        np.concatenate([found.above.time for found in each])[order],
+        np.concatenate([found.above.size for found in each])[order],
+        None,
+    )
+    top = at_nodes([found.top for found in each])
+    x = at_nodes([found.x for found in each])
+    return mesh, Solved(above, top, x, on_stretches("bent"), on_stretches("time"), (), looks)
+
+
+def _hints(mesh, found):
+    mean = (found.x[1:] + found.x[:-1]) / 2
+    highest = (found.above.x[1:] + found.above.x[:-1]) / 2
+    mean = np.where(np.isfinite(found.time), mean, highest)
+    return np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length), mean])
 
 
 def _parts(mesh, found, gap):
     """Return into how many parts (n,) each stretch is to be divided."""
+    unbounded = ~np.isfinite(found.above.size)
+    if unbounded.any():
+        return 1 + unbounded
+    moves = np.isfinite(found.time)
+    about = _parts_about(mesh.stretches.length, found.stuck)
+    if not moves.any():
+        return about
     # The gap of a stretch goes as the square of its length.
-    part = _made(found, found.time - found.above.time)
+    part = _made(found, np.where(moves, found.time - found.above.time, 0.0))
     allowed = 0.7 * gap * found.above.time.sum() / len(mesh)
     wanted = np.sqrt(part / min(allowed, 0.5 * part.max()))
     parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
-    if found.stuck:
-        # All of it is slower for what is missing in one place.
-        about = _parts_about(mesh.stretches.length, found.stuck)
-        parts = np.maximum(about, 1 + (part > 0.2 * part.max()))
+    # All of a part is slower for what is missing in one place.
+    slow = np.isin(mesh.part, mesh.part[list(found.stuck)])
+    parts = np.where(slow, np.maximum(about, 1 + (part > 0.2 * part.max())), parts)
+    parts = np.where(moves, parts, about)
     # What is missing beside Type 2 shows elsewhere.
     return np.maximum(parts, 1 + _beside_type_2(mesh, False))
 
