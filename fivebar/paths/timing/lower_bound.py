@@ -23,7 +23,11 @@ from .constraint_rows import PARTS, ConstraintRows
 MARGIN = 1e-9
 # Bernstein coefficients of t (1 - t).
 BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)
-WIDENINGS = 8  # of the range of x and u, in which a parabola is proved
+STEPS = 12  # of Newton
+NUDGE = 1e-5  # of x, for its slopes
+CLOSE = 1e-8  # of x
+TRIES = 3  # at rows
+WIDENINGS = 5  # of the range of x and u, in which a parabola is proved
 
 
 class Ceiling(NamedTuple):
@@ -93,13 +97,17 @@ def ceiling(
     n = len(length)
     back = slice(None, None, -1)
     forward = _table(rows)
-    backward = _table(rows.turned(np.ones(n, dtype=bool)))[back]
-    x = _swept(top, forward, length)
-    x = _swept(x[back], backward, length[back])[back]
-    if (x < 0).any():
-        return Ceiling(x, np.zeros(n), np.zeros(n), int(np.argmax(x < 0)))
+    backward = _table(rows.turned(np.ones(n, dtype=bool)))[..., back]
+    x, ahead = _swept(top, forward, length)
+    stuck = np.flatnonzero(ahead[2] < 0) + 1
+    if not len(stuck):
+        x, behind = _swept(x[back], backward, length[back])
+        x = x[back]
+        behind = behind[:, back]
+        stuck = np.flatnonzero(behind[2] < 0)
+    if len(stuck):
+        return Ceiling(x, np.zeros(n), np.zeros(n), int(stuck[0]))
     ahead = _above(x[:-1], forward, length)
-    behind = _above(x[:0:-1], backward, length[back])[:, back]
     slopes = np.abs([*ahead[:2], *behind[:2]])
     size = np.where(np.isfinite(slopes), slopes, -np.inf).max(axis=0)
     time = _least_time(x[:-1], ahead, x[1:], behind, length)
@@ -108,25 +116,46 @@ def ceiling(
     return Ceiling(x, time, np.where(size < 0, np.inf, size), None)
 
 
-def _swept(x, table, h):
-    """Return x (n + 1,), lowered to where parabolas from node to node end; less than 0 where no
-    motion leads on.
+def _swept(top, table, h):
+    """Return (x at the nodes (n + 1,), parabolas (3, n) from each to the next); where x is less
+    than `top`, no parabola ends above it.
 
-    All stretches are taken at once, and again those at whose beginnings x became less.
+    Newton steps on all nodes at once come close; then x is raised wherever it is not proved.
     """
-    x = x.copy()
-    moved = np.arange(len(h))
-    while len(moved) and (x >= 0).all():
-        end = _above(x[moved], table[moved], h[moved])[2]
-        less = end < x[moved + 1]
-        moved = moved[less] + 1
-        x[moved] = end[less]
-        moved = moved[moved < len(h)]
-    return x
+    n = len(h)
+    x = top
+    for _ in range(STEPS):
+        before = x
+        less = before * (1 - NUDGE)
+        end = _above(before[:-1], table, h)[2]
+        with np.errstate(all="ignore"):
+            slope = (end - _above(less[:-1], table, h)[2]) / (before - less)[:-1]
+        x = _recurrence(top, end, np.where(np.isfinite(slope), slope, 0.0), before)
+        if (np.abs(x - before) <= CLOSE * np.abs(before)).all():
+            break
+    curves = np.empty((3, n))
+    moved = np.arange(n)
+    while len(moved):
+        curves[:, moved] = _above(x[moved], table[..., moved], h[moved])
+        end = np.minimum(curves[2, moved], top[moved + 1])
+        more = end > x[moved + 1]
+        moved = moved[more] + 1
+        x[moved] = end[more]
+        moved = moved[moved < n]
+    return x, curves
+
+
+def _recurrence(top, end, slope, about):
+    """Return x (n + 1,) with x[i + 1] = end[i] + slope[i] (x[i] - about[i]), from 0 to top."""
+    x = [float(top[0])]
+    for most, value, steep, old in zip(*(each.tolist() for each in (top[1:], end, slope, about))):
+        here = value + steep * (x[-1] - old) if steep else value
+        x.append(max(min(most, here + CLOSE * abs(here)), 0.0))
+    return np.array(x)
 
 
 def _table(rows):
-    """Return (n, rows, 20): a, b, v, c at three places, then bend and slack; a is nan in a row that
+    """Return (20, rows, n): a, b, v, c at three places, then bend and slack; a is nan in a row that
     bounds nothing.
     """
     a = rows.parts["a"]
@@ -140,7 +169,7 @@ def _table(rows):
     parts[0] = np.where(positive & counts, a, np.nan)
     bend = [rows.bend[name][None] for name in PARTS]
     slack = [rows.slack[name][None] for name in PARTS]
-    return np.concatenate(parts + bend + slack).transpose(2, 1, 0).copy()
+    return np.concatenate(parts + bend + slack)
 
 
 def _above(x0, table, h):
@@ -148,32 +177,32 @@ def _above(x0, table, h):
     can pass, inf where none bounds.
     """
     best = np.full((3, len(h)), np.inf)
-    a0, a1, b0, b1, v0, v1, c0, c1 = np.moveaxis(table[..., [0, 2, 3, 5, 6, 8, 9, 11]], -1, 0)
-    start = x0[:, None]
-    step = h[:, None]
+    a0, _, _, b0, _, b1, v0, _, v1, c0, _, c1 = table[:12]
     with np.errstate(all="ignore"):
-        u0 = -(b0 * start + v0 * np.sqrt(start) + c0) / a0
-        y = start + step * u0
-        steep = a1 + b1 * step
-        u1 = -(b1 * y + c1) / steep
+        root = np.sqrt(x0)
+        u0 = -(b0 * x0 + c0 + v0 * root) / a0
+        y = x0 + h * u0
+        steep = table[2] + b1 * h
+        rest = b1 * y + c1
+        u1 = -rest / steep
         if v1.any():
-            end = np.maximum(y + step * u1, 0.0)
-            u1 = np.where(v1 != 0, -(b1 * y + v1 * np.sqrt(end) + c1) / steep, u1)
-        guess = np.where((steep > 0) & np.isfinite(u0 + u1), u0 + u1, np.inf)
+            u1 = -(rest + v1 * np.sqrt(np.maximum(y + h * u1, 0.0))) / steep
+        guess = u0 + u1
+        guess = np.where((steep > 0) & np.isfinite(guess), guess, np.inf)
         # A row's parabola ends above its guess, far above it where its a is nearly 0.
         left = np.arange(len(h))
-        while guess.shape[1]:
-            k = guess[left].argmin(axis=1)
-            least = guess[left, k]
+        for _ in range(min(TRIES, len(guess))):
+            k = guess[:, left].argmin(axis=0)
+            least = guess[k, left]
             open_ = x0[left] + h[left] * least < best[2, left]
             left = left[open_]
             if not len(left):
                 break
             k = k[open_]
-            found = _parabola(x0[left], table[left, k].T, h[left], least[open_])
+            found = _parabola(x0[left], table[:, k, left], h[left], least[open_])
             lower = found[2] < best[2, left]
             best[:, left[lower]] = found[:, lower]
-            guess[left, k] = np.inf
+            guess[k, left] = np.inf
     return best
 
 
@@ -234,7 +263,7 @@ def _parabola(x0, rows, h, guess):
         if not len(left):
             break
         guess = np.copysign(np.maximum(slope, steepest), guess)[more]
-        loose = loose * 4
+        loose = loose * 8
         x0, x1, h = x0[more], end[more], h[more]
         rows = rows[:, more]
     return result
