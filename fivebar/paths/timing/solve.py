@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from itertools import count as count_up
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -22,6 +21,7 @@ MOST = 20000  # stretches
 LOOKS = 1_000_000  # at stretches, on all meshes: about 30 s
 GROWN = 10  # times as many stretches as at first, more than these
 WORK = 20  # looks at each of them
+GROUP = 1000  # stretches at first, after which another group of parts begins
 FAILURES = 100  # meshes without a motion
 BESIDE = 3  # stretches on either side of Type 2
 LONG = 1e-5  # of the path: stretches become at least as short as this
@@ -75,40 +75,62 @@ class Solved(NamedTuple):
         places = np.cumsum(at) - 1
         stuck = tuple(int(places[k]) for k in self.stuck if at[k])
         nodes = of_nodes(self.top, at), of_nodes(self.x, at)
-        return Solved(above, *nodes, self.bent[at], self.time[at], stuck)
+        return Solved(above, *nodes, self.bent[at], self.time[at], stuck, self.looks)
 
 
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """Return the mesh, split until both bounds are within `gap`, and the solution on it.
 
-    Each part from rest to rest is split until its own bounds are. It ends before after a fixed
-    count of work, or `until`, s, of the thread's processor time.
+    It ends before after a fixed count of work, or `until`, s, of the thread's processor time. The
+    parts from rest to rest are taken in groups of some, which share the time that is left.
     """
-    count = len(mesh.path.stops) - 1
-    smallest = np.full(count, np.inf)  # gap of each part
+    while (thin := _beside_type_2(mesh, True)).any():
+        mesh = mesh.split(1 + thin)
+    part = mesh.part
+    # A new group begins with the part in which another GROUP of stretches ends.
+    ends = np.cumsum(np.bincount(part))[part]
+    group = ends // GROUP
+    solved = []
+    for k in progress(np.unique(group), desc="least time", unit=" parts", delay=2, leave=False):
+        own = group == k
+        now = time.thread_time()
+        share = own.sum() / (group >= k).sum()
+        solved += _refined(mesh.taken(own), limits, gap, now + share * (until - now))
+    return _joined(solved)
+
+
+def _refined(mesh, limits, gap, until):
+    """Return meshes and solutions, of whole parts from rest to rest, each split until its own
+    bounds are within `gap`, or all of them together.
+    """
+    part = mesh.part
+    count = part[-1] + 1
+    taken = np.where(np.bincount(part), np.inf, 0.0)  # the least time of each part
+    bound = np.zeros(count)  # and its lower bound
     best = np.full(count, -1)  # in this round
     rounds = []
     hints = None
     looks = 0
     most = len(mesh) * GROWN + MOST
-    while (thin := _beside_type_2(mesh, True)).any():
-        mesh = mesh.split(1 + thin)
-    for k in progress(count_up(), desc="least time", unit=" rounds", delay=2, leave=False):
+    while True:
         found = solve(mesh, limits, hints)
-        rounds.append((mesh, found))
         looks += found.looks
         part = mesh.part
+        times, bounds = (
+            np.bincount(part, each, count) for each in (found.time, found.above.time)
+        )
         with np.errstate(invalid="ignore"):
-            times = (np.bincount(part, each, count) for each in (found.time, found.above.time))
-            gaps = np.divide(*times) - 1
-        better = gaps < smallest
-        smallest[better] = gaps[better]
-        best[better] = k
-        open_ = (smallest > gap)[part]
+            better = times * bound < taken * bounds
+        taken[better] = times[better]
+        bound[better] = bounds[better]
+        best[better] = len(rounds)
+        rounds.append((mesh, found._replace(looks=looks)))
+        open_ = (taken > (1 + gap) * bound)[part]
+        done = taken.sum() <= (1 + gap) * bound.sum()
         late = time.thread_time() > until
-        if late or not open_.any() or len(mesh) > most or looks > LOOKS + WORK * most:
+        if done or late or len(mesh) > most or looks > LOOKS + WORK * most:
             break
-        if k > FAILURES and (best < 0).any():
+        if len(rounds) > FAILURES and np.isinf(taken).any():
             break
         mesh = mesh.taken(open_)
         found = found.taken(open_)
@@ -117,7 +139,7 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
         middles = after.s[:-1] + after.stretches.length / 2
         hints = hints[:, np.searchsorted(mesh.s, middles) - 1]
         mesh = after
-    if (best < 0).any():
+    if np.isinf(taken).any():
         if late:
             raise TimingError(
                 "time_path: max_time ran out before a motion along the whole path was found; give"
@@ -131,31 +153,27 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
         own = best[mesh.part] == k
         if own.any():
             chosen.append((mesh.taken(own), found.taken(own)))
-    return _joined(chosen, looks)
+    return chosen
 
 
-def _joined(solved, looks):
+def _joined(solved):
     """Return one mesh and solution of those of several parts."""
-    meshes = [mesh for mesh, _ in solved]
-    mesh, order = joined(meshes)
+    mesh, order = joined([mesh for mesh, _ in solved])
     each = [found for _, found in solved]
 
-    def on_stretches(name):
-        return np.concatenate([getattr(found, name) for found in each])[order]
+    def together(name, of=lambda found: found):
+        values = [getattr(of(found), name) for found in each]
+        starts = np.concatenate([value[: len(found.time)] for value, found in zip(values, each)])
+        last = np.zeros(len(values[0]) - len(each[0].time))  # it ends at rest
+        return np.append(starts[order], last)
 
-    def at_nodes(values):
-        starts = np.concatenate([value[:-1] for value in values])[order]
-        return np.append(starts, 0.0)
+    def of_ceiling(name):
+        return together(name, lambda found: found.above)
 
-    above = Ceiling(
-        at_nodes([found.above.x for found in each]),
-        np.concatenate([found.above.time for found in each])[order],
-        np.concatenate([found.above.size for found in each])[order],
-        None,
-    )
-    top = at_nodes([found.top for found in each])
-    x = at_nodes([found.x for found in each])
-    return mesh, Solved(above, top, x, on_stretches("bent"), on_stretches("time"), (), looks)
+    above = Ceiling(of_ceiling("x"), of_ceiling("time"), of_ceiling("size"), None)
+    looks = sum(found.looks for found in each)
+    parts = (together(name) for name in ("top", "x", "bent", "time"))
+    return mesh, Solved(above, *parts, (), looks)
 
 
 def _hints(mesh, found):
