@@ -53,6 +53,7 @@ def test_a_parabola_of_squared_speed_is_bent_as_it_is(curvature):
 
 def test_the_work_that_is_done_ends_the_search(monkeypatch):
     monkeypatch.setattr(timing_solve, "LOOKS", 2000)
+    monkeypatch.setattr(timing_solve, "WORK", 0)
     path, given = (
         Path((Line((0.09, 0.06796322), (0.0, 0.1)),)),
         {"gap": 1e-7, "constraints": fb.Constraints(torque=0.05)},
@@ -150,19 +151,21 @@ def test_type_2_is_crossed_under_gravity_at_the_speed_that_it_needs(seed):
     assert fb.check_path(robot, motion).criterion_holds
 
 
-def test_caps_and_gaps_are_where_no_acceleration_is_feasible():
+def test_caps_are_where_no_acceleration_is_feasible():
     """Of random rows a u + b x + v sqrt(x) + c <= 0: looked for on a grid of x, u from each row by itself."""
     rng = np.random.default_rng(7)
     n, count = 400, 4
     parts = {name: np.tile(rng.normal(size=(count, n)), (3, 1, 1)) for name in PARTS}
     parts["c"] = -np.abs(parts["c"])
-    parts["v"][2] = 0.0  # gaps at the stretches' beginnings alone
+    parts["v"][..., ::2] = 0.0
     nothing = {name: np.zeros((count, n)) for name in PARTS}
     alone = {name: np.zeros((3, 0, n)) for name in PARTS}
     none = {name: np.zeros((0, n)) for name in PARTS}
-    largest, gaps = caps(
-        ConstraintRows(parts, nothing, nothing, np.ones(count, dtype=bool)),
-        ConstraintRows(alone, none, none, np.ones(0, dtype=bool)),
+    tip = np.arange(count) == 3  # its rows, by themselves, are left to those of x alone
+    flags = np.zeros(count, dtype=bool)
+    largest = caps(
+        ConstraintRows(parts, nothing, nothing, flags, tip),
+        ConstraintRows(alone, none, none, flags[:0], flags[:0]),
     )
     x = np.geomspace(1e-6, 1e6, 4001)
     a, b, v, c = (parts[name][0][..., None] for name in PARTS)
@@ -170,8 +173,5 @@ def test_caps_and_gaps_are_where_no_acceleration_is_feasible():
     most = np.where(a > 0, u, np.inf).min(axis=0)
     least = np.where(a < 0, u, -np.inf).max(axis=0)
     within = x < largest[0][:, None] * (1 - 1e-6)
-    for k in range(n):
-        for low, high in gaps[k]:
-            within[k] &= (x <= low * (1 + 1e-6)) | (x >= high * (1 - 1e-6))
-    assert (most > least)[within].all() and (most < least)[~within].mean() > 0.99
-    assert sum(len(each) > 0 for each in gaps) > 40
+    assert (most > least)[::2][within[::2]].all()  # with sqrt(x), none may be feasible below too
+    assert (most < least)[~within].mean() > 0.99 and (~within).any(axis=1).sum() > 100

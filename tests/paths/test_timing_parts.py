@@ -21,12 +21,11 @@ from fivebar.paths.timing.clock import Clock, _stumpff
 from fivebar.paths.timing.constraint_rows import Limits
 from fivebar.paths.timing.feasible_motion import _corners, profile
 from fivebar.paths.timing.lower_bound import (
-    FREE,
     _above,
-    _below_gaps,
     _cruise,
     _least_time,
     _parabola,
+    _swept,
     duration,
 )
 from fivebar.paths.timing.mesh import _over_distance, _sign
@@ -219,7 +218,7 @@ def test_a_mixture_takes_the_wanted_time():
     slow = SimpleNamespace(x=np.array([0, 0.1, 0.05, 0.0]), bent=none)
     x, bent, time = _mixture(length, fast, slow, 1.9)
     assert time.sum() == pytest.approx(1.9, rel=1e-9)
-    assert time == pytest.approx([duration(*e) for e in zip(length, x[:-1], x[1:], bent)])
+    np.testing.assert_allclose(time, duration(length, x[:-1], x[1:], bent), rtol=1e-12)
     w = bent[0] / 0.1
     np.testing.assert_allclose(x, w * fast.x + (1 - w) * slow.x, rtol=1e-12)
 
@@ -316,6 +315,17 @@ def row_of(rng, friction):
     return [*a, *b, *v, *c, *rng.uniform(0, 0.02, 4), *rng.uniform(0, 0.01, 4)]
 
 
+def above(x0, rows, h):
+    """u0, u1 and x1 of the lowest parabola of these rows."""
+    table = np.reshape(rows, (len(rows), 20)).T[..., None]
+    return _above(np.array([x0]), table, np.array([h]))[:, 0]
+
+
+def parabola(x0, row, h, guess):
+    with np.errstate(all="ignore"):
+        return _parabola(*(np.array([each]).T for each in (x0, row, h, guess)))[:, 0]
+
+
 @pytest.mark.parametrize("friction", [0.0, 1.0])
 def test_no_motion_passes_a_parabola(friction):
     """Along it the row's left side is above 0, whatever is left open by bend and slack."""
@@ -326,12 +336,12 @@ def test_no_motion_passes_a_parabola(friction):
     for _ in range(40):
         row = row_of(rng, friction)
         x0, h = rng.uniform(0.05, 1.0), rng.uniform(0.01, 0.1)
-        u0, u1, end = _above(x0, [row], h)
+        u0, u1, end = above(x0, [row], h)
         if end == math.inf:
             continue
         bounds += 1
         if bounds % 2:  # also from a guess that is too low
-            u0, u1, end = _parabola(x0, row, h, 0.5 * (u0 + u1))
+            u0, u1, end = parabola(x0, row, h, 0.5 * (u0 + u1))
         x = x0 + h * (2 * u0 * t + (u1 - u0) * t**2)
         u = u0 + (u1 - u0) * t
         assert end == pytest.approx(x[-1], rel=1e-12)
@@ -349,28 +359,30 @@ def test_no_motion_passes_a_parabola(friction):
 def test_of_rows_the_lowest_parabola_counts():
     rng = np.random.default_rng(7)
     rows = [row_of(rng, 0.0) for _ in range(6)]
-    ends = [_above(0.3, [row], 0.05)[2] for row in rows]
-    assert _above(0.3, rows, 0.05)[2] == min(ends) < max(ends)
-    assert _above(math.inf, rows, 0.05) == FREE == _above(0.3, [], 0.05)
+    ends = [above(0.3, [row], 0.05)[2] for row in rows]
+    assert above(0.3, rows, 0.05)[2] == min(ends) < max(ends)
+    assert np.isinf([above(math.inf, rows, 0.05), above(0.3, [], 0.05)]).all()
     flat = rows[0].copy()
     flat[:6] = [1, 1, 1, -30, -30, -30]  # x grows faster than the stretch is long
-    assert _above(0.3, [flat], 0.05) == FREE and _parabola(0.3, flat, 0.05, 1.0) == FREE
+    assert np.isinf([above(0.3, [flat], 0.05), parabola(0.3, flat, 0.05, 1.0)]).all()
 
 
-def test_x_is_lowered_below_gaps():
-    gaps = [(1.0, 2.0), (2.5, 3.0), (0.5, 1.5)]
-    found = [_below_gaps(x, gaps) for x in (4.0, 3.0, 2.7, 2.2, 1.9, 1.2, 0.7, 0.5, 0.3)]
-    assert found == [
-        4.0,
-        3.0,
-        2.5,
-        2.2,
-        0.5 if _below_gaps(1.9, gaps) < 1 else 1.0,
-        0.5,
-        0.5,
-        0.5,
-        0.3,
-    ]
+def test_x_at_the_nodes_is_that_of_parabolas_from_node_to_node():
+    """Found for all nodes at once: nowhere below that one by one, and hardly above."""
+    rng = np.random.default_rng(8)
+    n = 40
+    table = np.array([[row_of(rng, 0.2) for _ in range(3)] for _ in range(n)]).transpose(2, 1, 0)
+    top = rng.uniform(0.3, 2.0, n + 1)
+    top[[0, 17]] = 0.0
+    h = rng.uniform(0.01, 0.1, n)
+    x, curves = _swept(top, table, h)
+    expected = [top[0]]
+    for k in range(n):
+        end = above(expected[-1], table[..., k].T, h[k])[2]
+        expected.append(min(end, top[k + 1]))
+    assert (x >= np.array(expected) * (1 - 1e-12)).all() and (x <= top).all()
+    np.testing.assert_allclose(x, expected, rtol=1e-6)
+    assert (x[1:] >= np.minimum(curves[2], top[1:])).all() and (x < top).sum() > 5
 
 
 def test_the_least_time_below_two_curves():
@@ -383,10 +395,13 @@ def test_the_least_time_below_two_curves():
     back = h - s
     last = x1 + 2 * behind[0] * back + (behind[1] - behind[0]) / h * back**2
     time = np.trapezoid(1 / np.sqrt(np.minimum(first, last)), s)
+    free = np.full((3, 1), np.inf)
+    ahead, behind = np.array([ahead]).T, np.array([behind]).T
+    h, x0, x1, inf = (np.array([each]) for each in (h, x0, x1, math.inf))
     assert _least_time(x0, ahead, x1, behind, h) == pytest.approx(time, rel=1e-6)
     alone = np.trapezoid(1 / np.sqrt(first), s)
-    assert _least_time(x0, ahead, math.inf, FREE, h) == pytest.approx(alone, rel=1e-6)
-    assert _least_time(math.inf, FREE, math.inf, FREE, h) == 0.0
+    assert _least_time(x0, ahead, inf, free, h) == pytest.approx(alone, rel=1e-6)
+    assert _least_time(inf, free, inf, free, h) == 0.0
 
 
 def test_the_least_time_of_cruising():
@@ -552,12 +567,18 @@ def test_stretches_are_split_by_their_share_of_the_gap(monkeypatch):
     found = SimpleNamespace(time=above.time + part, above=above, stuck=())
     monkeypatch.setattr(solve, "_made", lambda found, part: part)
     monkeypatch.setattr(solve, "_beside_type_2", lambda mesh, thin: np.arange(6) >= 4)
-    assert solve._parts(np.zeros(6), found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 2]
+    above.size = np.ones(6)
+    length = np.array([1.0] * 5 + [0.1])
+    mesh = Meshed(stretches=SimpleNamespace(length=length), part=np.zeros(6, dtype=int))
+    assert solve._parts(mesh, found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 2]
     found.stuck = (0,)
-    mesh = Meshed(stretches=SimpleNamespace(length=np.array([1.0] * 5 + [0.1])))
     assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 2, 2, 2, 2]
     mesh.stretches.length[4] = 10.0
     assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 1, 1, 2, 2]
+    found.time[:] = np.inf  # there is no motion yet
+    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 1, 1, 2, 1]
+    above.size[2] = np.inf
+    assert solve._parts(mesh, found, 0.1).tolist() == [1, 1, 2, 1, 1, 1]
 
 
 def test_squared_speed_beside_type_2_is_bent_as_the_criterion_asks():

@@ -26,7 +26,7 @@ BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)
 STEPS = 12  # of Newton
 NUDGE = 1e-5  # of x, for its slopes
 CLOSE = 1e-8  # of x
-TRIES = 3  # at rows
+TRIES = 3  # at rows, or until one bounds
 WIDENINGS = 5  # of the range of x and u, in which a parabola is proved
 
 
@@ -123,7 +123,10 @@ def _swept(top, table, h):
     Newton steps on all nodes at once come close; then x is raised wherever it is not proved.
     """
     n = len(h)
-    x = top
+    # Where x is free at first, it is taken to grow as it does from rest.
+    grown = _above(np.zeros(n), table, h)[2]
+    x = np.cumsum(np.insert(np.where(np.isfinite(grown), np.maximum(grown, 0.0), 0.0), 0, 0.0))
+    x = np.where(np.isinf(top), x, top)
     for _ in range(STEPS):
         before = x
         less = before * (1 - NUDGE)
@@ -131,7 +134,7 @@ def _swept(top, table, h):
         with np.errstate(all="ignore"):
             slope = (end - _above(less[:-1], table, h)[2]) / (before - less)[:-1]
         x = _recurrence(top, end, np.where(np.isfinite(slope), slope, 0.0), before)
-        if (np.abs(x - before) <= CLOSE * np.abs(before)).all():
+        if np.allclose(x, before, rtol=CLOSE, atol=0.0):
             break
     curves = np.empty((3, n))
     moved = np.arange(n)
@@ -191,7 +194,9 @@ def _above(x0, table, h):
         guess = np.where((steep > 0) & np.isfinite(guess), guess, np.inf)
         # A row's parabola ends above its guess, far above it where its a is nearly 0.
         left = np.arange(len(h))
-        for _ in range(min(TRIES, len(guess))):
+        for tries in range(len(guess)):
+            if tries >= TRIES:
+                left = left[np.isinf(best[2, left])]
             k = guess[:, left].argmin(axis=0)
             least = guess[k, left]
             open_ = x0[left] + h[left] * least < best[2, left]

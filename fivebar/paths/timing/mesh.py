@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ...models.robots import Robot
     from ..curve import Path
 
-FIRST = 48  # stretches of a whole path at first
+FIRST = 96  # stretches of a whole path at first
 OF_PIECE = 8  # of each piece at least: on fewer, often no motion is found
 LONG = 1e-4  # of it: shorter ones are left where it is not known which way a joint turns
 ZERO = 1e-11  # of a joint's largest derivative: rounding of where it turns round
@@ -144,7 +144,10 @@ class Mesh:
             self.working,
             self.stretches.parted(parts),
             np.repeat(parts > 1, parts),
-            {name: value.taken(np.repeat(np.arange(len(self)), parts)) for name, value in self.found.items()},
+            {
+                name: value.taken(np.repeat(np.arange(len(self)), parts))
+                for name, value in self.found.items()
+            },
         )
 
     def taken(self, at: np.ndarray) -> Mesh:
