@@ -107,18 +107,23 @@ def test_random_sets_are_right_or_refused():
     assert outcomes.count("right") >= 8
 
 
-WRONG = 920  # of the sets drawn: its modes are taken wrongly, without a word
-
-
 @pytest.mark.deep
 @pytest.mark.parametrize("part", range(8))
-def test_of_1000_random_sets_none_but_one_is_silently_wrong(part):
-    seeds = [seed for seed in range(125 * part, 125 * part + 125) if seed != WRONG]
-    outcomes = [outcome(seed) for seed in seeds]
-    assert outcomes.count("right") >= 80
+def test_of_1000_random_sets_none_is_silently_wrong(part):
+    outcomes = [outcome(seed) for seed in range(125 * part, 125 * part + 125)]
+    assert outcomes.count("right") >= 75
 
 
-@pytest.mark.deep
-@pytest.mark.xfail(strict=True, reason="this set is still taken in wrong modes")
-def test_the_set_that_is_still_wrong():
-    outcome(WRONG)
+def test_a_robot_that_noise_keeps_from_closing_is_among_the_solutions():
+    """By noise two solutions have become complex: the legs miss the points by a little."""
+    assert outcome(920) == "refused"
+
+
+def test_modes_of_a_leg_that_is_nearly_stretched_are_not_taken_by_chance():
+    """It lacks 0.2 mm of being stretched, and the point is measured to 0.2 mm."""
+    point = (-0.04 + 0.4298 * np.sin(0.3), 0.4298 * np.cos(0.3))
+    data = on_the_jig([point])
+    with pytest.raises(ValueError, match=r"2 solutions fit.* row 1 \(±1, -1\), -1, offset1 = 1"):
+        fb.calibrate(JIG, data, OFFSETS, sigma=2e-4)
+    found = fb.calibrate(JIG, data, OFFSETS, sigma=1e-7)
+    assert list(found.values.values()) == pytest.approx(TRUE, abs=1e-9)

@@ -14,12 +14,14 @@ from numpy import ndarray
 from scipy.stats.qmc import Sobol
 
 from ...base.backend import wrap
-from .fit import LeastSquares, spectrum
+from .fit import LeastSquares
 from .measured_robot import PLACE, UNITS, bars_off, seen, sines_at
 
 FEW = 5  # rows
 STARTS = 9  # 2 to the power of it, and eight times as many with a frame among the unknowns
-STEPS = (15, 512), (40, 512)  # of the search, and how many of the best go on
+STEPS = 15, 40  # of the search: with the start's lengths, then with all unknowns
+KEPT = 512  # places that the first steps end in, the best, from which all unknowns go on
+CELL = 0.05  # of the unknowns' sizes: starts that end nearer to each other end in one place
 CHANGED = 0.1  # of a length, beyond which no five-bar is built so wrong
 EXACT = 1e-3  # of a mean bar: scatter of points whose sigma is not given
 FAR = 5.0  # standard deviations: what fits worse by more is no solution
@@ -28,6 +30,7 @@ APART = 0.05  # of the unknowns' sizes: values that differ by less are one solut
 UNTOLD = 1e-6  # of the largest singular value: combinations that few rows do not tell
 TURNS = [5, 6, 11]  # places of the angles
 NAMED = 8  # solutions in a message
+SIGN = {-1: "-1", 0: "±1", 1: "+1"}  # of modes; too near a singularity to tell, either
 
 
 def only_solution(task: LeastSquares) -> ndarray | None:
@@ -42,7 +45,7 @@ def only_solution(task: LeastSquares) -> ndarray | None:
     if len(rows) > FEW or (rows.to >= 0).any():
         return None
     values, modes = solutions(task)
-    fits = ((rows.modes == 0) | (rows.modes == modes)).all(axis=(1, 2))
+    fits = (rows.modes * modes >= 0).all(axis=(1, 2))
     if fits.sum() == 1:
         return values[fits.argmax()]
     if fits.any():
@@ -67,32 +70,37 @@ def only_solution(task: LeastSquares) -> ndarray | None:
 
 
 def solutions(task: LeastSquares) -> tuple[ndarray, ndarray]:
-    """Return all values (m, 16) that fit the rows, and the rows' modes (m, n, 3) with them."""
+    """Return all values (m, 16) that fit the rows, and the rows' modes (m, n, 3) with them.
+
+    A mode is 0 near its singularity.
+    """
     n = len(task.rows)
     starts = _starts(task)
     z = np.zeros((len(starts.points), len(task.free) + starts.missing.sum()))
-    for steps, kept in STEPS:
-        z, cost = _descend(task, starts, z, steps)
-        # What fits is alike in rank, so that no solution takes the places of another.
-        best = np.argsort(np.maximum(cost, EXACT**2), kind="stable")[:kept]
-        z = z[best]
-        starts = replace(starts, p=starts.p[:, best], points=starts.points[best])
-    cost = cost[best]
+    lengths = np.append(task.free, np.full(starts.missing.sum(), -1)) // 5 == 0
+    z, cost = _descend(task, starts, z, STEPS[0], ~lengths)
+    best = _best_of_each_place(task, starts, z, cost)
+    starts = replace(starts, p=starts.p[:, best], points=starts.points[best])
+    z, cost = _descend(task, starts, z[best], STEPS[1], np.ones_like(lengths))
     known = 0 if task.prior is None else np.count_nonzero(task.prior)
     spare = max(len(task.rows.numbers) + known - len(task.free), 1)
     least = cost.min()
-    variance = max((task.sigma / task.bar or EXACT) ** 2, least / spare)
+    scatter = task.sigma / task.bar or EXACT
+    variance = max(scatter**2, least / spare)
     good = (cost < least + FAR**2 * variance) & (
         cost < 2 * n * max(WORST, FAR * task.sigma / task.bar) ** 2
     )
     values, points = starts.moved(task, z)
     sines = sines_at(*_flat(task, values, points)).reshape(-1, n, 3)
-    modes = -np.sign(np.nan_to_num(sines)).astype(int)
-    jacobian = _errors(task, starts, z)[1]
+    # A leg that lacks s of being stretched has a sine of about sqrt(2 s / bar).
+    clear = np.abs(sines) > np.sqrt(2 * FAR * scatter)
+    modes = -np.sign(np.where(clear, sines, 0.0)).astype(int)
+    good = np.flatnonzero(good)
+    _, s, _ = np.linalg.svd(_errors(task, starts, z)[1][good], full_matrices=False)
+    # Where noise keeps a robot from closing, one alone may not be told, of solutions that are.
+    told = ((s > UNTOLD * s[:, :1]).sum(axis=1) == z.shape[1]).any()
     chosen: list[int] = []
-    for new in np.flatnonzero(good).tolist():
-        _, s, _, tolerance = spectrum(jacobian[new])
-        told = (s > max(tolerance, UNTOLD * s[0])).all()
+    for new in good[np.argsort(cost[good])].tolist():
         change = values[:, chosen] - values[:, [new]]
         change[TURNS] = wrap(change[TURNS])
         apart = np.abs(change[task.free] / task.size[:, None]).max(axis=0) > APART
@@ -100,6 +108,18 @@ def solutions(task: LeastSquares) -> tuple[ndarray, ndarray]:
         if not (alike & ~(apart & told)).any():
             chosen.append(new)
     return values[:, chosen].T, modes[chosen]
+
+
+def _best_of_each_place(task, starts, z, cost):
+    """Return the numbers of the starts that ended best, one of each place."""
+    values, points = starts.moved(task, z)
+    values[TURNS] = wrap(values[TURNS])
+    ends = np.column_stack(
+        [(values[task.free] / task.size[:, None]).T, points[:, starts.missing] / task.bar]
+    )
+    order = np.argsort(cost, kind="stable")
+    _, first = np.unique(np.round(ends[order] / CELL), axis=0, return_index=True)
+    return order[np.sort(first)[:KEPT]]
 
 
 def _named(task, values, modes):
@@ -110,7 +130,7 @@ def _named(task, values, modes):
         rows = task.rows.where
         if (signs == signs[0]).all():
             rows, signs = ["all rows" if len(rows) > 1 else rows[0]], signs[:1]
-        words = ["{} ({:+d}, {:+d}), {:+d}".format(row, *own) for row, own in zip(rows, signs)]
+        words = [f"{row} ({SIGN[a]}, {SIGN[b]}), {SIGN[c]}" for row, (a, b, c) in zip(rows, signs)]
         words += [f"{name} = {np.degrees(wrap(p[PLACE[name]])):.4g}°" for name in turns]
         sentences.append(", ".join(words))
     if len(values) > NAMED:
@@ -191,12 +211,16 @@ def _errors(task, starts, z):
     return off, np.concatenate([jacobian, own], axis=1)
 
 
-def _descend(task, starts, z, steps):
-    """Return z (m, k) after steps of Levenberg and Marquardt, all starts at once, and costs."""
+def _descend(task, starts, z, steps, moved):
+    """Return z (m, k) after steps of Levenberg and Marquardt, all starts at once, and costs.
+
+    Only what is `moved` (k,) moves.
+    """
     damping = np.full(len(z), 1e-2)
     off, slope = _errors(task, starts, z)
     cost = (off**2).sum(axis=1)
     for _ in range(steps):
+        slope = slope * moved
         normal = np.einsum("mri,mrj->mij", slope, slope)
         normal += damping[:, None, None] * np.eye(z.shape[1])
         step = np.linalg.solve(normal, np.einsum("mri,mr->mi", slope, off)[:, :, None])
@@ -207,7 +231,7 @@ def _descend(task, starts, z, steps):
         damping *= np.where(better, 0.1, 10.0)
         z[better] = new[better]
         off[better] = off_new[better]
-        slope[better] = slope_new[better]
+        slope = np.where(better[:, None, None], slope_new, slope)
         cost[better] = cost_new[better]
         damping = np.clip(damping, 1e-12, 1e12)
     return z, cost
