@@ -67,8 +67,8 @@ class Columns:
         The line of each row in the file; of a mapping the number of the row, from 1.
     notes : tuple of str
         What was converted, assumed or not used.
-    stated : frozenset of str
-        The columns whose unit a heading or the caller names.
+    stated : mapping
+        {column: its unit} of those whose unit a heading or the caller names; "" for the SI unit.
     row_word : str
         "line" or "row": what `lines` counts.
     """
@@ -77,7 +77,7 @@ class Columns:
     values: dict[str, np.ndarray]
     lines: np.ndarray
     notes: tuple[str, ...] = ()
-    stated: frozenset[str] = field(default_factory=frozenset)
+    stated: Mapping[str, str] = field(default_factory=dict)
     row_word: str = "line"
 
     def where(self, row: int) -> str:
@@ -239,7 +239,7 @@ def _from_arrays(arrays, wanted, units, name, calls):
     n = next(iter(lengths.values()))
     values = {key: np.broadcast_to(column, n).copy() for key, column in values.items()}
     rows = np.arange(1, n + 1)
-    stated = frozenset(units) & frozenset(values)
+    stated = {key: unit for key, unit in units.items() if key in values}
     notes: list[str] = []
     stated |= _since_1970(values, stated, notes)
     _refuse_huge(values, rows, name, "row")
@@ -318,25 +318,25 @@ def _from_text(file, wanted, units, calls):
     values = dict(zip(places, table.T))
     numbers = np.array([number for number, _ in rows])
     from_fivebar = bool(comments) and re.match("fivebar .*SI units", comments[0][1])
-    stated = frozenset(places if from_fivebar else own_units)
+    stated = dict.fromkeys(places, "") if from_fivebar else own_units
     stated |= _since_1970(values, stated, notes)
     _refuse_huge(values, numbers, name, "line")
     return Columns(name, values, numbers, tuple(notes), stated)
 
 
 def _since_1970(values, stated, notes):
-    """Convert times since 1970, whose size tells their unit; return the columns converted."""
+    """Convert times since 1970, whose size tells their unit; return {"t": this unit}."""
     t = values.get("t")
     if t is None or "t" in stated:
-        return set()
+        return {}
     first, last = np.nanmin(t, initial=np.inf), np.nanmax(t, initial=0.0)
     for unit in ("ns", "us", "ms", "s"):
         # A clock that began at 0 has gone on by as much as it shows.
         if EPOCH < first * SECONDS[unit] and last < 1.1 * first:
             t *= SECONDS[unit]
             notes.append(f"t: {unit} since 1970, by their size")
-            return {"t"}
-    return set()
+            return {"t": unit}
+    return {}
 
 
 def refuse_unclear_times(table: Columns, slow: float) -> None:

@@ -100,7 +100,7 @@ def from_csv(
             "from_csv: kind=polyline needs a deviation, m, within which its corners are cut"
         )
     table = read(path, PLACES | SLOPES, units, "path", columns)
-    exact = kind == "spline" and not (smoothing or deviation) and set(SLOPES) <= table.stated
+    exact = kind == "spline" and not (smoothing or deviation) and set(SLOPES) <= table.stated.keys()
     t, points = _samples(table, 2 if exact or kind == "polyline" else 6, kind)
     with named(table.name), np.errstate(all="ignore"):
         # `_compared` refuses what overflows.
@@ -120,7 +120,7 @@ def from_csv(
 
 def refuse_unclear_lengths(table: Columns) -> None:
     """Raise ValueError if the unit of x and y is not clear."""
-    stated = table.stated & {"x", "y"}
+    stated = table.stated.keys() & {"x", "y"}
     if len(stated) == 2:
         return
     if stated:

@@ -118,7 +118,9 @@ def read_bag(
         known = np.where(held >= 0, points[np.maximum(held, 0)].T, np.nan)
         values |= {f"x{end}": known[0], f"y{end}": known[1]}
     rows = np.arange(1, len(stamps) + 1)
-    return Columns(name, values, rows, tuple(notes), frozenset(values), f"message of {topic}")
+    return Columns(
+        name, values, rows, tuple(notes), dict.fromkeys(values, ""), f"message of {topic}"
+    )
 
 
 def _topic_of_states(topic, kinds, messages, name):

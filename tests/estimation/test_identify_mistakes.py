@@ -1,5 +1,6 @@
 """Logs with mistakes: each is named, or what was done about it is said."""
 
+import io
 import re
 from dataclasses import replace
 
@@ -36,10 +37,10 @@ def spoilt(values, *rows):
             "masses or friction below 0; .* if the sign of tau1 and tau2 is the other one",
         ),
         ({"t": 1e3 * T}, {}, "t has no unit, and its steps are 1: is t in ms"),
-        ({"t": 30 * T}, {}, "zz1 = 6.* comes out: no robot on a desk has this. Is t in ms"),
-        ({"tau": 1e3 * TAU}, {}, "no robot on a desk has this.* torques in mN m"),
+        ({"t": 30 * T}, {}, "zz1 = 6.* comes out, as of a robot of .* kg. Is t in ms"),
+        ({"tau": 1e3 * TAU}, {}, "as of a robot of .* torques in mN m"),
         ({"tau": TAU[:, ::-1]}, {}, "if the torques of the two motors are exchanged"),
-        ({"q": np.degrees(Q)}, {}, 'as deg all of them do: units={"q1": "deg", "q2": "deg"}'),
+        ({"q": np.degrees(Q)}, {}, '100 % as deg: say which, by units={"q1": "deg", "q2": "deg"}'),
         ({}, {"assembly": 1}, "if the assembly mode is -1"),
         (
             {"q": np.column_stack([Q[:, 0], np.full(len(T), Q[0, 1])])},
@@ -61,6 +62,51 @@ def spoilt(values, *rows):
 def test_what_is_wrong_is_named(change, options, words):
     with pytest.raises(ValueError, match=words.replace("{", r"\{").replace("}", r"\}")):
         fb.identify(ROBOT, {**LOG, **change}, **options)
+
+
+def a_file(head="t,q1,q2,tau1,tau2", t=1.0, q=1.0, tau=1.0, rates=()):
+    """The log in a file whose headings say no units, in units of these sizes."""
+    table = np.column_stack([T * t, Q * q, TAU * tau, *rates])[:6000]
+    file = io.StringIO()
+    np.savetxt(file, table, "%.9g", ",", header=head, comments="")
+    file.seek(0)
+    return file
+
+
+RATES = np.gradient(Q, T, axis=0)
+DEGREE = 180 / np.pi
+
+
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        (a_file(tau=1e2), "as of a robot of [.0-9]+ kg. .* torques in mN m or N cm. Say which"),
+        (a_file(q=DEGREE), "q1 and q2 have no unit and reach 206.*, 100 % as deg: say which"),
+        (a_file(q=2048 * np.pi), "q1 and q2 have no unit and reach .* by --counts-per-turn"),
+        (a_file("t,q1 (counts),q2 (counts),tau1,tau2", q=2048 * np.pi), "give counts_per_turn"),
+        (a_file("t,q1,q2,tau1 (A),tau2 (A)", tau=20), "tau1 is in A: give torque_constant"),
+        (
+            a_file("t,q1,q2,tau1,tau2,q1_dot,q2_dot", rates=[DEGREE * RATES]),
+            "q1_dot is 57.3 times the rate of q1: is it in deg/s, not in rad/s",
+        ),
+        (
+            a_file("t,q1,q2,tau1,tau2,q1_dot,q2_dot", rates=[RATES * [1, -1]]),
+            "q2_dot is -1 times the rate of q2: is its sign the other one",
+        ),
+    ],
+)
+def test_a_file_that_says_no_units_is_asked_for_them_where_two_are_possible(file, words):
+    with pytest.raises(ValueError, match=words):
+        fb.identify(ROBOT, file)
+
+
+def test_a_file_that_says_no_units_is_taken_in_SI_units_where_it_says_so():
+    found = fb.identify(ROBOT, a_file("t,q1,q2,tau1,tau2,q1_dot,q2_dot", rates=[0 * RATES]))
+    assert found.values["m"] == pytest.approx(CASE.robot.m, rel=0.01)
+    assert "t, q1, q2, tau1, tau2, q1_dot, q2_dot: no unit in the table" in found.notes[0]
+    assert "the velocities are all 0: they are not used" in found.notes
+    named = fb.identify(ROBOT, a_file("t (s),q1 (rad),q2 (rad),tau1 (N m),tau2 (N m)"))
+    assert not named.notes and named.values["m"] == found.values["m"]
 
 
 def test_gravity_that_the_robot_does_not_have_is_named():

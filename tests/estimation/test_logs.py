@@ -182,14 +182,14 @@ def test_columns_in_any_units_of_both_kinds_of_robots():
             "t": t,
             "theta1": pairs["q"][:, 0],
             "q2": 2 * pairs["q"][:, 1],
-            "current1": t,
-            "i2": t,
+            "effort1": t,
+            "tau2": t,
         }
         gauges = Gauges(None, (2.0, -4.0), (0.0, 0.5), (0.1, 0.2))
         joints = read_log(mapping, robot, gauges)
         np.testing.assert_allclose(joints.q, pairs["q"] * [0.5, -0.5] + [0, 0.5], atol=1e-15)
         np.testing.assert_allclose(joints.tau, t[:, None] * [0.2, -0.8], atol=1e-15)
-        units = {"tau1": "a", "tau2": "ma", "q1": "counts"}
+        units = {"tau1": "a", "tau2": "ma", "q1": "mrad" if robot.turns else "mm"}
         joints = read_log(mapping, robot, gauges._replace(units=units))
         np.testing.assert_allclose(joints.tau, t[:, None] * [0.2, -0.8e-3], atol=1e-15)
         counts = read_log({"t": t, "q": pairs["q"]}, robot, Gauges(counts_per_turn=(-500, 250))).q
@@ -239,13 +239,13 @@ def test_what_was_done_to_the_rows_is_said():
         (12, 15),
     ]
     assert (found.step, found.q_dot, found.xi) == (pytest.approx(0.01), None, None)
-    file = "t_s,q1,q2\n# a comment\n0,3,0\n1,-3,0\n2,-2.9,0\n4,-2.8,0\n"
-    assert read_log(io.StringIO(file), ROBOT).notes[-2:] == (
+    file = "t_s,q1 (unit),q2 (unit)\n# a comment\n0,3,0\n1,-3,0\n2,-2.9,0\n4,-2.8,0\n"
+    assert read_log(io.StringIO(file.replace("unit", "rad")), ROBOT).notes[-2:] == (
         "1 gaps in time are not bridged: 2 to 4 s",
         "q jumps by more than half a turn 1 times, the first at line 4: taken for whole turns",
     )
     assert (
-        read_log(io.StringIO(file), fb.Biglide()).notes[-1]
+        read_log(io.StringIO(file.replace("unit", "m")), fb.Biglide()).notes[-1]
         == "1 gaps in time are not bridged: 2 to 4 s"
     )
 

@@ -24,7 +24,9 @@ from .samples import log_of, samples
 from .suspicions import POOR, beyond_the_model, explain
 
 BIASED = 0.3  # standard deviations by which noise of the encoders may bend a value
-HEAVIEST = {"m": 100.0, "z": 1.0}  # kg and kg m², of a robot on a desk
+HEAVIEST = 100.0  # kg, of a robot on a desk; of an inertia over a bar squared
+POWERS = {"zz": 2, "mx": 1, "my": 1}  # of a bar
+DOUBTFUL = 2.0  # kg, beyond which torques of a file that names no unit may be in N cm or mN m
 SURE = 4.0  # standard deviations below 0: no mass and no friction can be there
 
 
@@ -147,7 +149,7 @@ def identify(
     out = [k for k, column in enumerate(told) if column not in chosen]
     labels = [names[k] for k in chosen]
     theta = last.theta
-    _refuse_heavy(robot, labels, theta)
+    _refuse_heavy(robot, labels, theta, all(own.is_stated for own, _ in logs))
     if consistent:
         theta = nearest_bodies(robot, labels, theta, last.cov)
     values = dict(zip(labels, theta.tolist()))
@@ -248,13 +250,16 @@ def _impossible(robot, names, found):
     return impossible
 
 
-def _refuse_heavy(robot, names, theta):
-    """Refuse masses and inertias that no robot has which stands on a desk."""
+def _refuse_heavy(robot, names, theta, is_stated):
+    """Refuse masses that no robot on a desk has; without units, those that others make usual."""
+    bar = max(robot.distal)
     for name, value in zip(names, theta):
-        if value > HEAVIEST.get(name[0], np.inf):
+        mass = value / bar ** POWERS.get(name[:2], 0)
+        if name[0] in "mz" and mass > (HEAVIEST if is_stated else DOUBTFUL):
             raise ValueError(
-                f"{name} = {value:.3g} comes out: no robot on a desk has this. Is t in ms, or"
-                ' are torques in mN m? Say so: units={"t": "ms", "tau1": "mNm", "tau2": "mNm"}'
+                f"{name} = {value:.3g} comes out, as of a robot of {mass:.3g} kg. Is t in ms, or"
+                " are torques in mN m or N cm? Say which, N m too:"
+                ' units={"t": "ms", "tau1": "mNm", "tau2": "mNm"}, on the command line --units mNm'
             )
 
 

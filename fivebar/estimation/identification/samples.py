@@ -215,7 +215,10 @@ def _regressors(motion, robot, assembly, n, notes):
         result.append((np.nan_to_num(W), good[:, None] & ~creeps))
     open_words = f"{open_} of {total} rows do not close the loop"
     if open_ > 0.02 * total:
-        _refuse_open(np.concatenate([q for q, _, _ in motion]), robot, assembly, open_words)
+        raise ValueError(
+            f"{open_words}: the bars of this robot do not reach: are its lengths, and the zeros of"
+            " q (offset), those of the robot on the table? fb.calibrate tells"
+        )
     if open_:
         notes.append(f"{open_words} of this robot's bars and do not count")
     if near:
@@ -225,16 +228,3 @@ def _regressors(motion, robot, assembly, n, notes):
             f" taken to be {assembly:+d}: if the robot crossed, cut the log there"
         )
     return result
-
-
-def _refuse_open(q, robot, assembly, words):
-    """Say why poses do not close: degrees, or other lengths."""
-    words += ": the bars of this robot do not reach"
-    radians = np.radians(q[np.isfinite(q).all(axis=1)])
-    closes = np.isfinite(dgm(robot, radians, assembly, unreachable="nan").xi).all(axis=1)
-    if robot.turns and np.nanmax(np.abs(q)) > 2 * np.pi and closes.mean() > 0.999:
-        raise ValueError(f'{words}; as deg all of them do: units={{"q1": "deg", "q2": "deg"}}')
-    raise ValueError(
-        f"{words}: are its lengths, and the zeros of q (offset), those of the robot on the table?"
-        " fb.calibrate tells"
-    )

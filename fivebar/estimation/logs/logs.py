@@ -23,9 +23,12 @@ from ...base.units import (
     RADIANS_PER_SECOND,
     SPEEDS,
 )
+from ...models.geometry import dgm
 from ...models.robots import Robot
 from ...simulation.bags import JOINTS, is_bag, read_bag
 
+GAUGE_OF = {"counts": "counts_per_turn", "A": "torque_constant", "mA": "torque_constant"}
+TURN = 2 * np.pi  # rad
 LATE = 1.5  # sampling periods between two rows: from there on rows are missing
 SLOW = 0.2  # s: rows without a unit of time that are so far apart may be so many ms
 UNEVEN = 0.01  # sampling periods by which times may be off an even grid
@@ -57,7 +60,8 @@ class Log:
     """A log in SI units at the joints.
 
     t (n,) s increases; q, tau, q_dot, xi, xi_ref are (n, 2), None where not logged; step is
-    the sampling period, s; notes say what was done to the rows.
+    the sampling period, s; notes say what was done to the rows; is_stated: the units of torques
+    are known, not assumed.
     """
 
     t: ndarray
@@ -69,6 +73,7 @@ class Log:
     step: float
     cuts: tuple[Cut, ...]
     notes: tuple[str, ...]
+    is_stated: bool
 
     @property
     def stretches(self) -> list[slice]:
@@ -94,7 +99,7 @@ AT_THE_JOINTS = Gauges()
 # Headings of a log's columns: # stands for 1 or 2, @ for left or right, $ for the joint's name.
 HEADINGS = {
     "q#": "$ theta# theta#1 angle# position# pos# joint# motor# encoder# enc# q_@ @",
-    "tau#": "torque# tau#1 effort# force# couple# current# i# tau_@ torque_@",
+    "tau#": "torque# tau#1 effort# force# couple# tau_@ torque_@",
     "q#_dot": "$_dot dq# qd# qdot# velocity# vel# speed# omega# vitesse#",
 }
 
@@ -143,7 +148,30 @@ def read_log(
     refuse_unclear_times(table, SLOW)
     with named(table.name):
         pairs = {name: _pair(table.values, *columns) for name, columns in PAIRS.items()}
-        return _clean(table, _at_the_joints(pairs, gauges, robot), robot)
+        pairs = _at_the_joints(pairs, gauges, robot, table.stated)
+        if robot.turns and "q1" not in table.stated and gauges.counts_per_turn is None:
+            _refuse_unclear_angles(pairs["q"], robot, table.row_word == "line")
+        return _clean(table, pairs, robot)
+
+
+def _refuse_unclear_angles(q, robot, is_file):
+    """Ask for the unit where the loop closes at degrees only, or a file has several turns."""
+    known = q[np.isfinite(q).all(axis=1)]
+    known = known[:: max(len(known) // 500, 1)]
+    largest = np.abs(known).max(initial=0.0)
+    if not largest > (0.0 if is_file else TURN):
+        return
+    as_rad, as_deg = (
+        100 * np.isfinite(dgm(robot, angles, unreachable="nan").xi).all(axis=1).mean()
+        for angles in (known, np.radians(known))
+    )
+    if (as_deg > 99.9 and as_rad < 98.0) or (is_file and largest > 2 * TURN):
+        raise ValueError(
+            f"q1 and q2 have no unit and reach {largest:.4g}; {as_rad:.0f} % of the rows close the"
+            f" loop of the bars as rad, {as_deg:.0f} % as deg: say which, by units="
+            '{"q1": "deg", "q2": "deg"} or --units deg, of counts by --counts-per-turn; or head'
+            " them q1_deg"
+        )
 
 
 def _split_pairs(arrays):
@@ -174,7 +202,12 @@ def _for_both_motors(value, name):
     return np.full(2, number(value, name))
 
 
-def _at_the_joints(pairs, gauges, robot):
+def _at_the_joints(pairs, gauges, robot, stated):
+    for name, unit in stated.items():
+        gauge = GAUGE_OF.get(unit)
+        if gauge and getattr(gauges, gauge) is None:
+            option = gauge.replace("_", "-")
+            raise ValueError(f"{name} is in {unit}: give {gauge}, on the command line --{option}")
     ratio = _for_both_motors(gauges.gear_ratio, "gear_ratio")
     if (np.abs(ratio) < 1e-9).any():  # beyond that, angles overflow
         raise ValueError(f"gear_ratio must not be 0, but is {ratio.tolist()}")
@@ -182,7 +215,7 @@ def _at_the_joints(pairs, gauges, robot):
     if gauges.counts_per_turn is not None:
         counts = np.abs(_for_both_motors(gauges.counts_per_turn, "counts_per_turn"))
         positive(float(counts.min()), "counts_per_turn")
-        scale = scale * (2 * np.pi if robot.turns else 1.0) / counts
+        scale = scale * (TURN if robot.turns else 1.0) / counts
     result = dict(pairs)
     for name in ("q", "q_dot"):
         if pairs[name] is not None:
@@ -198,6 +231,10 @@ def _clean(table: Columns, pairs, robot):
     """Return the Log of the rows that have a time of their own and both joints."""
     t = table.values["t"]
     notes = list(table.notes)
+    is_file = table.row_word == "line"
+    unnamed = [name for name in table.values if is_file and name not in table.stated]
+    if unnamed:
+        notes.append(f"{', '.join(unnamed)}: no unit in the table, taken for SI units")
     rows = np.arange(len(t))
     for good, why in (
         (np.isfinite(t), "without a time"),
@@ -231,7 +268,32 @@ def _clean(table: Columns, pairs, robot):
                 f" {table.where(rows[np.argmax(jumps) + 1])}: taken for whole turns"
             )
             pairs["q"] = np.unwrap(pairs["q"], axis=0)
-    return Log(t, **pairs, step=step, cuts=tuple(cuts), notes=tuple(notes))
+    _check_rates(t, pairs, robot, notes)
+    is_stated = not {"tau1", "tau2"} & set(unnamed)
+    return Log(t, **pairs, step=step, cuts=tuple(cuts), notes=tuple(notes), is_stated=is_stated)
+
+
+def _check_rates(t, pairs, robot, notes):
+    """Leave out rates that are all 0, which no driver filled; refuse those in another unit."""
+    rates = pairs["q_dot"]
+    if rates is None:
+        return
+    if not np.nan_to_num(rates).any():
+        notes.append("the velocities are all 0: they are not used")
+        pairs["q_dot"] = None
+        return
+    own = np.nan_to_num(rates)
+    by_q = np.where(np.isfinite(rates), np.gradient(pairs["q"], t, axis=0), 0.0)
+    factors = (own * by_q).sum(axis=0) / np.maximum((own**2).sum(axis=0), 1e-300)
+    units = {**(RADIANS_PER_SECOND if robot.turns else SPEEDS), "": -1.0}
+    si, *others = units
+    for name, joint, factor in zip(PAIRS["q_dot"], PAIRS["q"], factors):
+        for unit in others:
+            if abs(factor / units[unit] - 1) < 0.1:
+                question = f"is it in {unit}, not in {si}" if unit else "is its sign the other one"
+                raise ValueError(
+                    f"{name} is {1 / factor:.3g} times the rate of {joint}: {question}?"
+                )
 
 
 def _leave_out(table, rows, out, what, notes):
