@@ -151,7 +151,7 @@ def test_a_fit_weighs_each_motor_by_its_noise():
     assert found.misfit == pytest.approx(misfit, rel=1e-9)
     white = np.linalg.inv(flat.T @ flat)
     assert np.diag(found.cov) == pytest.approx(np.diag(white), rel=0.15)
-    assert (np.diag(found.cov) >= np.diag(white) * (1 - 1e-3)).all()
+    assert 1 / found.excess**2 == pytest.approx(np.minimum(np.diag(found.cov / white), 1), rel=1e-3)
     part = fit(rows, [2, 0], 2 * rows.tau)
     assert part.theta == pytest.approx(2 * theta[[2, 0]], rel=0.3)
     assert part.residual.shape == rows.tau.shape
@@ -168,6 +168,20 @@ def test_deviations_of_a_fit_grow_with_residuals_that_belong_together():
     found = fit(rows, [0])
     white = 1 / (W[..., 0] ** 2 / found.sigma**2).sum()
     assert 2.2 < found.cov[0, 0] / white < 6.0
+
+
+def test_deviations_of_a_fit_fall_with_residuals_that_cancel():
+    """Noise of an encoder becomes torque by its second difference, and a slow column has none."""
+    rng = np.random.default_rng(4)
+    blue = np.diff(rng.normal(size=(2002, 2)), 2, axis=0)
+    ones = np.ones((2000, 2), bool)
+    W = np.ones((2000, 2, 1))
+    rows = RegressionRows(W, blue, ones, np.arange(2000.0), ones * 1.0, (0,), 1.0)
+    found = fit(rows, [0])
+    white = 1 / (1 / found.sigma**2 * 2000).sum()
+    assert found.cov[0, 0] == pytest.approx(white / 2, rel=1e-6)  # no more is believed
+    assert found.excess == pytest.approx([2**0.5])
+    assert abs(found.theta[0]) < 3 * np.sqrt(found.cov[0, 0])
 
 
 def test_products_of_scores_up_to_some_rows_apart():

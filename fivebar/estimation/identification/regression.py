@@ -1,9 +1,10 @@
 """Weighted linear regression by QR, its covariance, and the smallest model that the data allow.
 
-Residuals of measured motions may be neither white nor of one size. Standard deviations are those of
-white residuals, or those of Newey and West [Newey1987]_, which assume neither: the larger of both.
-For the latter each residual is that of a fit without its row (HC3 [MacKinnon1985]_): near a
-singularity a few rows, with the most noise, draw the fit to them.
+Residuals of measured motions may be neither white nor of one size: noise of encoders becomes torque
+by the square of its frequency, so that it is small where friction acts. Standard deviations are
+those of Newey and West [Newey1987]_, which assume neither. In them each residual is that of a fit
+without its row (HC3 [MacKinnon1985]_): near a singularity a few rows, with the most noise, draw the
+fit to them.
 
 A set R of parameters is left out at the cost theta_R^T C_RR^-1 theta_R (Wald), a chi square of as
 many degrees of freedom where they are 0. Each that stays costs log n + 3 log p (the extended BIC
@@ -30,6 +31,7 @@ from .filtering import RegressionRows
 # Rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine.
 BLOCK = 64
 FINEST = 1e-5  # of a motor's torque: the least noise that is believed
+LEAST_SHARE = 0.5  # of a variance if residuals were white, that autocorrelation is believed
 LEAST_FREE = 0.05  # of a row's own residual that a fit is taken to leave
 
 
@@ -37,6 +39,7 @@ LEAST_FREE = 0.05  # of a row's own residual that a fit is taken to leave
 class RegressionFit:
     """A regression: theta (p,) and cov (p, p) of its columns.
 
+    excess (p,): by how much larger deviations would be if residuals were white, at least 1;
     residual (n, 2), 0 where a row does not count; sigma (2,) N m: the standard deviation of each
     motor's rows; misfit: rms of both motors' residuals in units of the torques' own rms.
     """
@@ -46,6 +49,7 @@ class RegressionFit:
     residual: ndarray
     sigma: ndarray
     misfit: float
+    excess: ndarray | float = 1.0
 
 
 def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) -> RegressionFit:
@@ -82,10 +86,11 @@ def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) ->
     left_out = residual / np.maximum(1.0 - leverage, LEAST_FREE)  # of a fit without the row
     scores = np.einsum("nmp,nm->np", weighted_W, left_out / sigma)
     robust = bread @ _meat(scores, rows.breaks) @ bread
-    more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), 1.0))
+    more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), LEAST_SHARE))
+    excess = np.maximum(1 / more, 1.0)
     shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
     misfit = float(np.sqrt(np.mean(shares)))
-    return RegressionFit(theta, bread * np.outer(more, more), residual, sigma, misfit)
+    return RegressionFit(theta, bread * np.outer(more, more), residual, sigma, misfit, excess)
 
 
 def _solve(flat):

@@ -73,7 +73,7 @@ class Log:
     step: float
     cuts: tuple[Cut, ...]
     notes: tuple[str, ...]
-    is_stated: bool
+    is_stated: bool = True
 
     @property
     def stretches(self) -> list[slice]:
