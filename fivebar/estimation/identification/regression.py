@@ -86,7 +86,8 @@ def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) ->
     left_out = residual / np.maximum(1.0 - leverage, LEAST_FREE)  # of a fit without the row
     scores = np.einsum("nmp,nm->np", weighted_W, left_out / sigma)
     robust = bread @ _meat(scores, rows.breaks) @ bread
-    more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), LEAST_SHARE))
+    least = np.interp(len(residual), (100, 300), (1.0, LEAST_SHARE))  # few rows are not sure of it
+    more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), least))
     excess = np.maximum(1 / more, 1.0)
     shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
     misfit = float(np.sqrt(np.mean(shares)))
