@@ -58,7 +58,8 @@ def in_robot_frame(machine, *files):
     """Return the row of output that names files in the robot's own frame, where its file has
     another one.
     """
-    return [(", ".join(map(str, files)), FRAMES["robot"])] if machine.moves_points and files else []
+    names = ", ".join(map(str, files))
+    return [("robot's own frame", names)] if machine.moves_points and names else []
 
 
 def chosen_machine(arguments, user=""):
