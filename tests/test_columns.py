@@ -178,10 +178,11 @@ def test_the_caller_says_which_heading_is_which(of_file):
 @pytest.mark.parametrize(
     "called, message",
     [
-        ((), "no column x; y; found .*: say which they are, by columns= or --columns x=HEADING y="),
+        ((), "no column x, y; found .*: say which they are, by columns= or --columns x=HEADING y="),
         (["t=time"], "columns: no heading is 'time'; found '__time', '/arm/left/position'"),
         (["u=__time"], "columns: u=__time must be NAME=HEADING, NAME one of t, x, y, q1"),
         (["t"], "columns: t= must be NAME=HEADING"),
+        (["t=__time", "x=pose[7]"], r"columns: no list has a number pose\[7\]"),
         (["t=__time", "x=__time"], "columns: '__time' is named twice"),
         (["t=__time (furlong)"], "'furlong' is none of s, ms"),
     ],

@@ -297,6 +297,8 @@ def _from_text(file, wanted, units, calls):
         place, index, unit = _called(call, headings, f"{name}, line {top}")
         if index is not None:
             cells = [_listed(line, delimiter, place, index) for _, line in rows]
+            if not any(cells):
+                raise ValueError(f"{name}, line {top}: columns: no list has a number {call}")
             rows = [(n, f"{line}{delimiter or ' '}{cell}") for (n, line), cell in zip(rows, cells)]
             place = len(headings)
             headings.append(call)
@@ -464,10 +466,8 @@ def _match(headings, wanted, units, where, calls, called):
         if unit := unit or units.get(key):
             own_units[key] = unit
     if missing := _missing(wanted, places):
-        words = "; ".join(" or ".join(dict.fromkeys([k, *wanted[k].names])) for k in missing)
-        raise ValueError(
-            f"{where}: no column {words}; found {', '.join(map(repr, headings))}: {_how(missing)}"
-        )
+        found = ", ".join(map(repr, headings))
+        raise ValueError(f"{where}: no column {', '.join(missing)}; found {found}: {_how(missing)}")
     return places, own_units, notes
 
 

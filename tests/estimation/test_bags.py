@@ -87,6 +87,8 @@ def test_missing_efforts_and_headers_are_named(tmp_path):
     path = bag(tmp_path / "bag", {"/joint_states": states(effort=False, stamped=False)})
     run = fb.from_bag(path)
     assert "/joint_states has no effort of left_motor and right_motor" in run.measured.notes
+    with pytest.raises(ValueError, match="no torques .*has no effort of left_motor and right_m"):
+        fb.identify(fb.FiveBar(), str(path))
     assert np.isnan(run.tau).all()
     np.testing.assert_allclose(run.t, T, atol=1e-9)
     with pytest.raises(ValueError, match="the log has no torques"):

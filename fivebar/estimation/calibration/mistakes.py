@@ -46,7 +46,6 @@ READINGS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "q1 and q2 swapped": _swapped_readings,
     "q1 with the wrong sign": _readings(-1.0, 1.0),
     "q2 with the wrong sign": _readings(1.0, -1.0),
-    "q1 and q2 with the wrong sign": _readings(-1.0, -1.0),
 }
 POINTS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "x in mm": _points(1e-3, 1.0),
@@ -54,7 +53,7 @@ POINTS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "x and y in mm": _points(1e-3, 1e-3),
     "x and y swapped": _swapped_points,
     "x with the wrong sign": _points(-1.0, 1.0),
-    "y with the wrong sign": _points(1.0, -1.0),
+    "y, or q1 and q2, with the wrong sign": _points(1.0, -1.0),
 }
 
 

@@ -188,7 +188,10 @@ def _without_useless(rows):
     rows = replace(rows.without(blind | empty), notes=tuple(notes))
     if not len(rows.numbers):
         reasons = "; ".join(notes) or "neither x, y nor distance"
-        raise ValueError(f"nothing is measured in data: {reasons}")
+        raise ValueError(
+            f"nothing is measured in data: {reasons}. Say which columns are, by columns= or"
+            " --columns x=HEADING y=HEADING"
+        )
     bad = rows.sigma <= 0
     if bad.any():
         raise ValueError(f"{rows.where[int(np.argmax(bad))]}: sigma must be > 0")

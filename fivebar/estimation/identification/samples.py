@@ -82,8 +82,8 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     """
     if log.tau is None:
         raise ValueError(
-            "the log has no torques, and masses and friction need them: say which columns they are,"
-            " by columns= or --columns tau1=HEADING tau2=HEADING"
+            f"the log has no torques ({'; '.join(log.notes)}), and masses and friction need them:"
+            " say which columns they are, by columns= or --columns tau1=HEADING tau2=HEADING"
         )
     notes = list(log.notes)
     stretches = _even_stretches(log, held, notes)
