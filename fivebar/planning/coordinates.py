@@ -86,7 +86,7 @@ class BarCoordinates:
 
     def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
         components = [motion[..., k] for k in range(12)]
-        return _accelerations(robot, components[:4], components[4:8], components[8:])
+        return bar_accelerations(robot, components[:4], components[4:8], components[8:])
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
         """Return mass x bar x the accelerations that the torques do not explain, N."""
@@ -102,7 +102,7 @@ class BarCoordinates:
 
     def point(self, program: NonlinearProgram, c: list, control: ca.SX) -> tuple:
         robot = program.problem.model
-        acc = _accelerations(robot, *(ca.vertsplit(value) for value in c))
+        acc = bar_accelerations(robot, *(ca.vertsplit(value) for value in c))
         tau = program.torque * control
         right = ca.vertcat(*BarAngles().accelerations(forward_dynamics(acc.rates, tau)))
         unit = program.time**2 / ca.DM(self.units(program.problem))
@@ -165,7 +165,7 @@ class BarCoordinates:
         return [(order, rows, np.array(conditions[order])) for order in orders]
 
 
-def _accelerations(robot, a, a_dot, a_ddot):
+def bar_accelerations(robot: Robot, a: tuple, a_dot: tuple, a_ddot: tuple) -> Accelerations:
     """Return the Accelerations of the four bars; the end-effector is the left leg's."""
     rates = bars_rates(robot, a, a_dot)
     pose = rates.pose

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +21,7 @@ from ..singularities.degenerate import refuse_singular_everywhere
 from .collocation import LIMITS, Scheme
 from .functions import OwnFunctions
 from .guess import first_guess, guess_again
-from .plans import Plan, PlanMesh
+from .plans import Plan, PlanMesh, Tried
 from .problem import (
     PlanError,
     Problem,
@@ -34,8 +34,9 @@ from .problem import (
     refuse_stops,
     working_modes,
 )
-from .program import PlanSolution, solve
+from .program import solve
 from .search import ways_between
+from .starts import Start, mesh_of, starts_between
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -48,18 +49,9 @@ LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS = 12
 MOST_INTERVALS = 600
 MOST_PARTS = 8
-GUESSING = 60  # iterations of IPOPT from one of several first guesses
-POOR = 0.03  # error of intervals that are divided at once
-# Weights of the distance from the last motion, one after the other, under gravity.
-NEARING = 40  # iterations of IPOPT with each of them
-NEAR = 100.0, 10.0, 1.0, 0.1, 0.01, 0.0
-# Intervals of the first mesh in the time that a bar takes to fall by half of its length. On longer
-# ones, motions that swing look cheap and do not close.
-FALLING = 2.2
-BETTER = 0.01  # of the objective
-WORK = 6000  # points times iterations of IPOPT, about what a processor does in 1 s
-# Times the shortest way from which a plan was found: effort goes as the square of a way's length.
-LONGEST = 1.6
+PLANS = 3  # at most, of which the best is taken; and motions that are refined when they are asked for
+# Of the best plan's objective: the cost of a start on the coarse mesh that may still beat it.
+CLOSE = 1.05
 
 
 @dataclass(frozen=True)
@@ -77,9 +69,7 @@ class Collocation:
         limit there. The mesh is refined until both hold. Torque and acceleration are never
         exceeded.
     max_time : float
-        Processor time, s, of the search. Under gravity the search ends well before it is over;
-        a larger one often finds a motion of less effort, where `Plan.status` is
-        "Feasible_Point_Found".
+        Processor time, s, after which the search ends: `Plan.tried` says whether it was cut.
 
     Examples
     --------
@@ -170,7 +160,7 @@ def plan(
     >>> plan(0.5)[0].round(6).tolist()
     [0.08, 0.075]
     """
-    began = time.perf_counter(), time.thread_time()
+    began = _now()
     constraints = Constraints() if constraints is None else constraints
     collocation = Collocation() if collocation is None else collocation
     own = OwnFunctions.of(own_costs(objective), constraints.functions)
@@ -197,14 +187,16 @@ def plan(
     if free:
         ways = ways_between(robot, start, goal, duration, via)
         problems = [
-            (Problem(robot, stops, None, weights, constraints, rule, own), paths, length)
-            for stops, paths, length in ways
+            (Problem(robot, stops, None, weights, constraints, rule, own), paths)
+            for stops, paths, _ in ways
         ]
-        found = None
-        if problems[0][0].fall:
-            found = _under_gravity(problems, collocation, began)
-        found = found or _best(problems, collocation, began)
-        return refuse_broken(found, collocation.tolerance)
+        refuse_massless(problems[0][0])
+
+        def is_over():
+            return time.thread_time() - began[1] > collocation.max_time
+
+        starts, swings = starts_between(problems, collocation.intervals, is_over)
+        return _best(starts, collocation, began, len(ways), swings)
     refuse_singular_everywhere(robot, working, "plan")
     stops = checked_stops(point_of(start), point_of(goal), duration, via)
     problem = Problem(robot, stops, working, weights, constraints, rule, own)
@@ -218,131 +210,54 @@ def plan(
             ' constraints or a weight on "effort" the torque has no bound'
         )
     guess, durations = first_guess(problem)
-    search = _PlanSearch(problem, collocation, began)
-    found = search.run(_mesh(collocation.intervals, durations), durations, guess)
-    return refuse_broken(found, collocation.tolerance)
+    mesh = mesh_of(collocation.intervals, durations)
+    return _best([Start(problem, mesh, durations, guess)], collocation, began)
 
 
-def _mesh(intervals, durations):
-    share = np.round(intervals * durations / durations.sum())
-    share = np.maximum(share.astype(int), 2)
-    return [np.linspace(0, 1, n + 1) for n in share]
+def _best(starts, collocation, began, ways=1, swings=0):
+    """Return the best plan of those that the first starts lead to.
 
-
-def _intervals(problem, collocation, durations):
-    """Return how many intervals the first mesh has: enough for motions that swing."""
-    swings = FALLING * durations.sum() * math.sqrt(problem.fall / problem.length)
-    return min(max(collocation.intervals, math.ceil(swings)), MOST_INTERVALS)
-
-
-def _under_gravity(problems, collocation, began):
-    """Return the best plan found under gravity, or None.
-
-    It costs least to swing, and the way there from a motion that is held all along is too far for
-    IPOPT. So a motion near each way is sought first, then ever farther ones, each near the last:
-    the proximal point method. Each of them keeps all limits; the last one is optimal.
+    Starts are left out whose cost on the coarse mesh is larger than that of a plan.
     """
-    best = None
-    tried = 0
-    limit = WORK * collocation.max_time / 25
-    work = 0
-    unfinished = deque()
-    for problem, paths, _ in problems:
-        refuse_massless(problem)
-        guess, durations = first_guess(problem, paths)
-        search = _PlanSearch(problem, collocation, began)
-        mesh = _mesh(_intervals(problem, collocation, durations), durations)
-        unfinished.append((search, mesh, durations, guess))
-    while unfinished and not (best and work > limit):
-        search, mesh, durations, guess = unfinished.popleft()
-        before = search.work
-        tried += not before
-        steps = []
-        try:
-            for near in NEAR:
-                found, plan = search.solve(mesh, durations, guess, iterations=NEARING, near=near)
-                if not found.solved:
-                    if not before and not steps:
-                        # Near where it ended, the same motion often takes few iterations.
-                        unfinished.append((search, mesh, found.durations, guess_again(plan, found)))
-                    break
-                steps.append((near, mesh, found, plan))
-                parts = search.parts(plan, POOR)
-                if parts is not None and parts.sum() <= MOST_INTERVALS:
-                    mesh = _refined(mesh, parts)
-                durations = found.durations
-                guess = guess_again(plan, found)
-                if work + search.work - before > limit:
-                    break
-            accurate = map(search.accurate, reversed(steps))
-            plan = next((plan for plan in accurate if plan), None)
-        except PlanError:  # the time is over
+    plans = []
+    failure = None
+    cut = False
+    for k, start in enumerate(starts):
+        costs = [plan.objective for plan in plans]
+        if plans and (len(plans) == PLANS or start.cost > CLOSE * min(costs)):
             break
-        work += search.work - before
-        if plan and (best is None or plan.objective < best.objective):
-            best = plan
-    return best and replace(best, tried=tried)
+        try:
+            plans.append(refined(start, collocation, began))
+        except PlanError as error:
+            failure = failure or error
+            cut = time.thread_time() - began[1] > collocation.max_time
+            if cut:
+                break
+    if not plans:
+        raise failure
+    plans.sort(key=lambda plan: plan.objective)
+    rest = [start for start in starts[k:] if start.cost < math.inf]
+    costs = [plan.objective for plan in plans[1:]] + [start.cost for start in rest]
+    tried = Tried(ways, swings, min(costs, default=None), cut)
+    seconds = time.perf_counter() - began[0]
+    others = *plans[1:], *(partial(refined, start, collocation) for start in rest[:PLANS])
+    return replace(plans[0], tried=tried, others=others, solve_time=seconds)
 
 
-def _best(problems, collocation, began):
-    """Return the plan refined from the best of several first guesses.
+def refined(
+    start: Start, collocation: Collocation, began: tuple[float, float] | None = None
+) -> Plan:
+    """Return the accurate plan that a start leads to; PlanError.
 
-    problems: (problem, paths, length), the shortest first.
+    began: when the search did, s by the clock and of this thread; by default now.
     """
-    candidates: list[_Candidate] = []
-    tried = 0
-    work = 0
-    last = None
-    for problem, paths, length in problems:
-        refuse_massless(problem)
-        too_long = candidates and length > LONGEST * candidates[0].length
-        if too_long or (candidates and work > WORK * collocation.max_time / 3):
-            break
-        guess, durations = first_guess(problem, paths)
-        search = _PlanSearch(problem, collocation, began)
-        mesh = _mesh(_intervals(problem, collocation, durations), durations)
-        tried += 1
-        search.first = durations, guess
-        try:
-            solution, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
-        except PlanError as error:
-            last = error
-            break
-        work += search.work
-        if solution.solved:
-            candidates.append(_Candidate(length, search, mesh, solution, plan))
-        if last is None:
-            reason = f"IPOPT did not converge ({solution.status})"
-            last = search.failure(plan, reason, solution.status)
-    # A coarse mesh flatters: the candidate that looks best is refined, until another looks better
-    # by more than BETTER.
-    current = None
-    while candidates:
-        before = current
-        current = min(
-            candidates, key=lambda one: one.plan.objective * (1 - BETTER * (one is before))
-        )
-        parts = current.search.parts(current.plan)
-        if parts is None:
-            return replace(current.plan, tried=tried)
-        try:
-            refined = current.search.refine(current.mesh, current.solution, current.plan, parts)
-            current.mesh, current.solution, current.plan = refined
-        except PlanError as error:
-            last = error
-            candidates.remove(current)
-    raise last or PlanError("plan: no first guess leads from start to goal", {})
+    search = _PlanSearch(start.problem, collocation, began or _now())
+    plan = search.run(start.mesh, start.durations, start.guess)
+    return refuse_broken(plan, collocation.tolerance)
 
 
-@dataclass(eq=False)
-class _Candidate:
-    """A solution from one first guess, on the mesh that it was last refined to."""
-
-    length: float
-    search: _PlanSearch
-    mesh: list
-    solution: PlanSolution
-    plan: Plan
+def _now():
+    return time.perf_counter(), time.thread_time()
 
 
 class _PlanSearch:
@@ -357,29 +272,6 @@ class _PlanSearch:
         self.best = None
         self.refinements = 0  # best: the last converged plan
 
-    def accurate(self, step):
-        """Return the accurate Plan nearest to a step under gravity; None if none is found.
-
-        step: the weight of the distance from the guess in it, mesh, PlanSolution, Plan.
-        """
-        weight, mesh, found, plan = step
-        near = NEAR[0] if weight else 0.0
-        while (parts := self.parts(plan)) is not None:
-            if parts.sum() > MOST_INTERVALS:
-                return None
-            mesh = _refined(mesh, parts)
-            guess = guess_again(plan, found)
-            found, plan = self.solve(mesh, found.durations, guess, iterations=GUESSING, near=near)
-            if not found.solved:
-                return None
-        return replace(plan, status="Feasible_Point_Found") if weight else plan
-
-    @property
-    def work(self) -> int:
-        """Return points times iterations of IPOPT, on all meshes."""
-        steps = sum(each.intervals * each.iterations for each in self.meshes)
-        return len(self.problem.scheme.c) * steps
-
     def run(self, mesh, durations, guess):
         self.first = durations, guess
         found, plan = self.solved(mesh, durations, guess)
@@ -387,18 +279,15 @@ class _PlanSearch:
             mesh, found, plan = self.refine(mesh, found, plan, parts)
         return plan
 
-    def parts(self, plan, allowed=None):
-        """Return into how many parts to divide each interval; None where the plan is accurate.
-
-        allowed: the error with which an interval is left, the tolerance if not given.
-        """
+    def parts(self, plan):
+        """Return into how many parts to divide each interval; None where the plan is accurate."""
         excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
         for name, value in plan._exceeded.items():
             excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
         order = len(self.problem.scheme.c)  # of the defect between nodes
         needed = np.ceil((2 * excess / self.tolerance) ** (1 / order))
         parts = np.clip(needed, 2, MOST_PARTS).astype(int)
-        parts[excess <= (allowed or self.tolerance)] = 1
+        parts[excess <= self.tolerance] = 1
         return parts if parts.max() > 1 else None
 
     def refine(self, mesh, found, plan, parts):
@@ -417,9 +306,9 @@ class _PlanSearch:
         found, plan = self.solve(mesh, durations, guess)
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
-    def solve(self, mesh, durations, guess, elastic=False, iterations=None, near=0.0):
+    def solve(self, mesh, durations, guess, elastic=False):
         left = self.collocation.max_time - self.worked
-        found = solve(self.problem, mesh, durations, guess, left, elastic, iterations, near)
+        found = solve(self.problem, mesh, durations, guess, left, elastic)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
         seconds = time.perf_counter() - self.began[0]  # what a user waits

@@ -21,7 +21,7 @@ from ..models.loads import forces_and_torques, friction_torques
 from ..models.parameters import robot_of
 from .collocation import METHOD, Pieces, Scheme
 from .functions import MotionPoint
-from .problem import Problem
+from .problem import PlanError, Problem
 from .trajectory import refuse_nan
 
 if TYPE_CHECKING:
@@ -54,6 +54,33 @@ class PlanMesh(NamedTuple):
     seconds: float
 
 
+class Tried(NamedTuple):
+    """What was tried for a plan between poses, on a coarse mesh.
+
+    Attributes
+    ----------
+    ways : int
+        Paths of the bars, that differ in the singularities they cross or in their turns.
+    swings : int
+        Motions from both ends under little torque.
+    next_best : float or None
+        Objective of the next best motion that was found, SI.
+    cut : bool
+        Whether `Collocation.max_time` ended the search.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.plan(fb.FiveBar(), (0.09, 0.068), (0.08, 0.075), 0.5).tried
+    Tried(ways=1, swings=0, next_best=None, cut=False)
+    """
+
+    ways: int = 1
+    swings: int = 0
+    next_best: float | None = None
+    cut: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class Plan(Animated):
     """A planned motion, from `plan`.
@@ -70,14 +97,16 @@ class Plan(Animated):
     objective : float
         Its value, SI.
     status : str
-        IPOPT's return status; "Feasible_Point_Found" of a motion under gravity that keeps all
-        limits but was not optimized to the end: a longer `max_time` may find a better one.
+        IPOPT's return status.
     meshes : tuple of PlanMesh
         The solutions on the way, mesh by mesh.
     solve_time : float
         Time, s, of the whole call.
-    tried : int
-        Number of first guesses, of which this one was best.
+    tried : Tried
+        How many ways and swings were compared, the next best objective, and whether the search was
+        cut.
+    others : tuple
+        Other motions between the poses, as `alternatives` refines them. Files do not hold them.
 
     Examples
     --------
@@ -93,7 +122,8 @@ class Plan(Animated):
     status: str
     meshes: tuple[PlanMesh, ...] = ()
     solve_time: float = math.nan
-    tried: int = 1
+    tried: Tried = Tried()
+    others: tuple = ()
     start = 0.0
 
     def __repr__(self) -> str:
@@ -108,6 +138,34 @@ class Plan(Animated):
         own = self.problem.own
         known = (name for name, weight in self.problem.weights.items() if weight)
         return *known, *(own.costs if own else ())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was tried, and how much the next best motion costs, in sentences."""
+        ways, swings, next_best, cut = self.tried
+        notes = []
+        if swings or ways > 1:
+            notes.append(f"{ways} ways and {swings} swings were tried on a coarse mesh")
+        if next_best is not None:
+            more = f"{next_best / self.objective:.3g} times this one" if self.objective else "more"
+            notes.append(f"the next best motion costs {next_best:.4g}, {more}: see alternatives")
+        if cut:
+            notes.append("the search was cut by max_time: a larger one may find a better motion")
+        return tuple(notes)
+
+    @cached_property
+    def alternatives(self) -> tuple[Plan, ...]:
+        """Other motions between the poses, the cheapest first, refined when first asked for.
+
+        They take some seconds. One that cannot be made accurate is left out.
+        """
+        found = []
+        for other in self.others:
+            try:
+                found.append(other if isinstance(other, Plan) else other())
+            except PlanError:
+                continue
+        return tuple(sorted(found, key=lambda plan: plan.objective))
 
     @property
     def robot(self) -> Robot:
@@ -340,5 +398,5 @@ def _known(about):
     begins = np.array(about["begins"], dtype=float).reshape(len(knots) - 1, size)
     if not np.isfinite(begins).all():
         raise ValueError("begins must be finite")
-    known = (about["objective"], about["status"], meshes, about["solve_time"], about["tried"])
+    known = (about["objective"], about["status"], meshes, about["solve_time"], Tried(*about["tried"]))
     return problem, knots, begins, known

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
 import numpy as np
 
 from ..base.backend import pack, unpack
 from ..base.checks import not_negative, number, positive, shown, two_numbers
 from ..base.errors import SingularityError, UnreachableError
-from ..constraints.constraints import Constraints
+from ..constraints.constraints import Constraints, at_joints
 from ..models.dynamics import bar_forces, drives_forces
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
@@ -151,6 +152,32 @@ class Problem:
             if limits.det_A:
                 excess["det_A"] = limits.det_A - sines[2]
         return excess
+
+    def margins(self, acc: Accelerations, tau: Any) -> dict[str, Any]:
+        """Return {limit: CasADi's symbols, >= 0 where it is kept} of a motion under torques."""
+        limits = self.constraints
+        pose = acc.rates.pose
+        *sines, det_A = self.signed_sines(pose)
+        q_dot = acc.rates.q_dot
+        kept: dict[str, Any] = {}
+        if limits.sin:
+            kept["sin"] = ca.vertcat(*sines) - limits.sin
+        if limits.det_A:
+            kept["det_A"] = det_A - limits.det_A
+        shares = {}
+        if limits.torque is not None:
+            shares["torque"] = tau / ca.DM(limits.torque)
+        if limits.motors is not None:
+            stall, speed = at_joints(limits.motors)
+            shares["motors"] = tau / ca.DM(stall) + q_dot / ca.DM(speed)
+        if limits.joint_speed is not None:
+            shares["joint_speed"] = q_dot / ca.DM(limits.joint_speed)
+        for name, share in shares.items():
+            kept[name] = ca.vertcat(1 - share, 1 + share)
+        if limits.acceleration is not None:
+            kept["acceleration"] = 1 - ca.sumsqr(acc.xi_ddot) / limits.acceleration**2
+        kept["poses"] = ca.vertcat(*limits.smooth(pose, self.length))
+        return kept
 
     def unit(self, name: str) -> float:
         """Return what a violation is compared with: the limit, a bar's length, or a sine of 1."""

@@ -1,0 +1,159 @@
+"""First motions between poses, the best ones first: ways and swings, improved on a coarse mesh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from .guess import first_guess
+from .problem import Problem
+from .shooting import Motions, Shooting, spline
+from .swings import swings
+
+if TYPE_CHECKING:
+    from .guess import Guess
+
+# Intervals of the coarse mesh: at least, and in the time that a bar takes to fall by half of its
+# length.
+LEAST_INTERVALS = 24
+FALLING = 3.5
+MOST_INTERVALS = 400
+SWINGS = 12
+NODES = 1000  # of all motions together
+# Of the first guess's, where the duration is free.
+DURATIONS = 1.0, 0.6, 1.6
+# Intervals (over those of the coarse mesh), steps, and motions that are kept for the next mesh.
+STAGES = (1.0, 8, 6), (1.5, 10, 3), (2.5, 14, 3)
+CLOSED = 0.5  # sum of all gaps, scaled, of a motion that may lead to a plan
+SAME = 0.3  # rad or bars: motions that are nowhere farther apart are one
+
+
+class Start(NamedTuple):
+    """Where a plan begins: a problem, a mesh as of `program.solve`, a guess and its cost, SI."""
+
+    problem: Problem
+    mesh: list[np.ndarray]
+    durations: np.ndarray
+    guess: Guess
+    cost: float = math.inf
+
+
+class CoarseGuess(NamedTuple):
+    """A coarse motion as the guess of a plan."""
+
+    times: np.ndarray
+    x: np.ndarray
+    torques: np.ndarray
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        bars = spline(self.times, self.x)
+        k = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.torques) - 1)
+        derivatives = [bars(t, order) for order in range(3)]
+        return np.concatenate([*derivatives, self.torques[k]], axis=1)
+
+
+@np.errstate(all="ignore")  # what diverges has no merit
+def starts_between(
+    problems: list[tuple[Problem, Any]], intervals: int, is_over: Callable[[], bool]
+) -> tuple[list[Start], int]:
+    """Return starts, the one of least cost first, and the number of swings among all motions.
+
+    problems: (problem, paths between its stops), the shortest first; intervals: of the plans' first
+    mesh.
+    """
+    problem = problems[0][0]
+    guesses = [(each, *first_guess(each, paths)) for each, paths in problems]
+    free = problem.stops[-1][1] is None
+    factors = DURATIONS if free else (1.0,)
+    duration = float(guesses[0][2].sum())
+    shooting = Shooting(problem, duration)
+    falls = max(factors) * duration * math.sqrt(problem.fall / problem.length)
+    count = min(max(LEAST_INTERVALS, math.ceil(FALLING * falls)), MOST_INTERVALS)
+    most = max(NODES // count, 2)
+    mesh = mesh_of(count, guesses[0][2])
+    shot = []
+    for factor in factors:
+        for each, guess, durations in guesses[: max(most // (2 * len(factors)), 1)]:
+            shot.append(_along(shooting, each, guess, durations, factor, mesh))
+        if len(problem.stops) == 2:
+            start, goal = (conditions[0] for conditions, _ in problem.stops)
+            own = min(SWINGS, most) // len(factors)
+            found = swings(shooting, start, goal, factor * duration, 2 * count, own)
+            if found is not None:
+                shot.append(found.of(np.arange(len(found.x)), count))
+    motions = Motions.together(shot)
+    number = len(motions.x) - sum(len(each.x) for each in shot if len(each.x) == 1)
+    raw = [
+        Start(each, mesh_of(intervals, durations), durations, guess)
+        for each, guess, durations in guesses
+    ]
+    for finer, steps, kept in STAGES:
+        if finer > 1.0:
+            motions = motions.of(_best(motions)[:kept], math.ceil(finer * count))
+        for _ in range(steps):
+            if is_over():
+                return raw, number
+            motions.improve()
+    best = [k for k in _best(motions) if motions.open[k] < CLOSED]
+    coarse = [_start(problem, motions.of([k], intervals), motions, k) for k in best]
+    return coarse + raw, number
+
+
+def mesh_of(intervals: int, durations: np.ndarray) -> list[np.ndarray]:
+    """Return even knots of the phases, about as many as their shares of all intervals."""
+    share = np.round(intervals * durations / durations.sum())
+    share = np.maximum(share.astype(int), 2)
+    return [np.linspace(0, 1, n + 1) for n in share]
+
+
+def _along(shooting, problem, guess, durations, factor, mesh):
+    """Return one motion that passes a guess in `factor` of its time."""
+    starts = np.append(0.0, np.cumsum(durations))
+    times = [start + time * knots[:-1] for start, time, knots in zip(starts, durations, mesh)]
+    times = np.append(np.concatenate(times), starts[-1])
+    stops = np.append(0, np.cumsum([len(knots) - 1 for knots in mesh]))
+    table = guess(times)
+    x = table[:, :8]
+    x[:, 4:] /= factor
+    for number, (conditions, _) in zip(stops, problem.stops):
+        x[number, :4] = conditions[0]
+    x[[0, -1], 4:] = 0.0
+    torques = np.clip(table[:-1, 12:], -shooting.torque, shooting.torque)
+    return Motions(shooting, x[None], torques[None], factor * times[None], stops)
+
+
+def _best(motions):
+    """Return numbers of different motions, that of the least merit first."""
+    share = np.linspace(0, 1, 41)
+    kept = []
+    seen = []
+    merit = motions.merit()
+    for k in np.argsort(merit):
+        t = motions.times[k]
+        bars = spline(t, motions.x[k])(share * t[-1]) / motions.shooting.units[:4]
+        is_new = all(np.abs(bars - other).max() > SAME for other in seen)
+        if is_new and np.isfinite(merit[k]):
+            kept.append(int(k))
+            seen.append(bars)
+    return kept
+
+
+def _start(problem, mesh, motions, k):
+    """Return the Start of motion k, on the mesh of another one."""
+    x, times = motions.x[k], motions.times[k]
+    stops = []
+    for number, (conditions, t) in zip(motions.stops, problem.stops):
+        stops.append((conditions | {0: x[number, :4]}, t))
+    own = replace(problem, stops=tuple(stops))
+    knots = mesh.times[0]
+    ends = knots[mesh.stops]
+    parts = []
+    for first, last in zip(mesh.stops, mesh.stops[1:]):
+        part = knots[first : last + 1]
+        parts.append((part - part[0]) / (part[-1] - part[0]))
+    guess = CoarseGuess(times, x, motions.torques[k])
+    return Start(own, parts, np.diff(ends), guess, float(motions.cost[k]))
