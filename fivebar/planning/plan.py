@@ -49,7 +49,12 @@ LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS = 12
 MOST_INTERVALS = 600
 MOST_PARTS = 8
-PLANS = 3  # at most, of which the best is taken; and motions that are refined when they are asked for
+PLANS = (
+    3  # at most, of which the best is taken; and motions that are refined when they are asked for
+)
+NEAR = 10.0  # weight of the distance from a start's motion, while its mesh is refined
+RELEASED = 60  # iterations of IPOPT on the first mesh from there on
+LAST = 15  # iterations on the last mesh
 # Of the best plan's objective: the cost of a start on the coarse mesh that may still beat it.
 CLOSE = 1.05
 
@@ -196,6 +201,7 @@ def plan(
             return time.thread_time() - began[1] > collocation.max_time
 
         starts, swings = starts_between(problems, collocation.intervals, is_over)
+
         return _best(starts, collocation, began, len(ways), swings)
     refuse_singular_everywhere(robot, working, "plan")
     stops = checked_stops(point_of(start), point_of(goal), duration, via)
@@ -252,7 +258,10 @@ def refined(
     began: when the search did, s by the clock and of this thread; by default now.
     """
     search = _PlanSearch(start.problem, collocation, began or _now())
-    plan = search.run(start.mesh, start.durations, start.guess)
+    if start.cost == math.inf:
+        plan = search.run(start.mesh, start.durations, start.guess)
+    else:
+        plan = search.near(start)
     return refuse_broken(plan, collocation.tolerance)
 
 
@@ -279,6 +288,28 @@ class _PlanSearch:
             mesh, found, plan = self.refine(mesh, found, plan, parts)
         return plan
 
+    def near(self, start):
+        """Return the accurate Plan near a start.
+
+        It is optimized on the first mesh, and held to that motion while the mesh is refined: on the
+        way from one mesh to the next, IPOPT loses motions that swing.
+        """
+        mesh = start.mesh
+        self.first = start.durations, start.guess
+        found, plan = self.solve(mesh, *self.first, near=NEAR)
+        if not found.solved:
+            return self.run(mesh, *self.first)
+        best = self.solve(mesh, found.durations, guess_again(plan, found), iterations=RELEASED)
+        if best[0].solved:
+            found, plan = best
+        while (parts := self.parts(plan)) is not None:
+            mesh, found, plan = self.refine(mesh, found, plan, parts, NEAR)
+        held = replace(plan, status="Feasible_Point_Found")
+        best = self.solve(mesh, found.durations, guess_again(plan, found), iterations=LAST)
+        if best[0].solved and self.parts(best[1]) is None:
+            return best[1]
+        return held
+
     def parts(self, plan):
         """Return into how many parts to divide each interval; None where the plan is accurate."""
         excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
@@ -290,7 +321,7 @@ class _PlanSearch:
         parts[excess <= self.tolerance] = 1
         return parts if parts.max() > 1 else None
 
-    def refine(self, mesh, found, plan, parts):
+    def refine(self, mesh, found, plan, parts, near=0.0):
         """Return (mesh, PlanSolution, Plan) on the divided mesh."""
         self.refinements += 1
         if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
@@ -300,15 +331,15 @@ class _PlanSearch:
             )
             raise self.failure(plan, reason, plan.status)
         mesh = _refined(mesh, parts)
-        return mesh, *self.solved(mesh, found.durations, guess_again(plan, found))
+        return mesh, *self.solved(mesh, found.durations, guess_again(plan, found), near)
 
-    def solved(self, mesh, durations, guess):
-        found, plan = self.solve(mesh, durations, guess)
+    def solved(self, mesh, durations, guess, near=0.0):
+        found, plan = self.solve(mesh, durations, guess, near=near)
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
-    def solve(self, mesh, durations, guess, elastic=False):
+    def solve(self, mesh, durations, guess, elastic=False, iterations=None, near=0.0):
         left = self.collocation.max_time - self.worked
-        found = solve(self.problem, mesh, durations, guess, left, elastic)
+        found = solve(self.problem, mesh, durations, guess, left, elastic, iterations, near)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
         seconds = time.perf_counter() - self.began[0]  # what a user waits

@@ -398,5 +398,11 @@ def _known(about):
     begins = np.array(about["begins"], dtype=float).reshape(len(knots) - 1, size)
     if not np.isfinite(begins).all():
         raise ValueError("begins must be finite")
-    known = (about["objective"], about["status"], meshes, about["solve_time"], Tried(*about["tried"]))
+    known = (
+        about["objective"],
+        about["status"],
+        meshes,
+        about["solve_time"],
+        Tried(*about["tried"]),
+    )
     return problem, knots, begins, known

@@ -53,6 +53,8 @@ def solve(
     guess: Guess,
     max_time: float,
     elastic: bool = False,
+    iterations: int | None = None,
+    near: float = 0.0,
 ) -> PlanSolution:
     """Solve a problem on one mesh.
 
@@ -61,6 +63,8 @@ def solve(
     guess: times (n,) -> (n, 3 size + 2) coordinates, their rates and accelerations, controls.
     max_time: s of the processor.
     elastic: instead of the objective, minimize by what parts the limits are exceeded.
+    iterations: of IPOPT at most, if not MOST_ITERATIONS.
+    near: weight, beside the objective, of the mean square distance from the guess.
     """
     program = NonlinearProgram(problem, mesh, durations, elastic)
     program.keep_motion()
@@ -68,6 +72,8 @@ def solve(
     program.keep_stops()
     program.keep_functions(durations, guess)
     cost = program.cost()
+    if near:
+        cost = cost + near * program.distance(durations, guess)
     variables = ca.vertcat(*map(ca.vec, program.variables))
     low, high = program.bounds()
     derivatives = Derivatives(
@@ -81,7 +87,7 @@ def solve(
     nlp = {"x": variables, "f": derivatives.objective, "g": derivatives.constraints}
     options = derivatives.options | {
         "show_eval_warnings": False,
-        "ipopt.max_iter": MOST_ITERATIONS,
+        "ipopt.max_iter": iterations or MOST_ITERATIONS,
         # IPOPT's processor time is that of all threads.
         "ipopt.max_cpu_time": max(max_time, 1e-3) * threading.active_count(),
         "ipopt.acceptable_iter": 0,
@@ -98,9 +104,13 @@ def solve(
         lbg=np.concatenate(program.lower),
         ubg=np.concatenate(program.upper),
     )
-    unpack = ca.Function("unpack", [variables], [*program.variables, derivatives.outputs[1]])
-    solution = [matrix.full().T for matrix in unpack(result["x"])]
-    objective = float(result["f"]) * program.cost_unit
+    unpack = ca.Function(
+        "unpack",
+        [variables],
+        [*program.variables, derivatives.outputs[1], program.distance(durations, guess)],
+    )
+    *solution, distance = [matrix.full().T for matrix in unpack(result["x"])]
+    objective = (float(result["f"]) - near * distance.item()) * program.cost_unit
     status = stats["return_status"]
     iterations = int(stats["iter_count"])
     pieces, durations, controls, slack = program.in_si(solution)
@@ -292,6 +302,14 @@ class NonlinearProgram:
             quadrature = self.rule.powers(1.0)[1][None]
             cost += self.time * ca.dot(self.rows(quadrature, self.own[0]), self.h)
         return cost / self.cost_unit
+
+    def distance(self, durations, guess):
+        """Return the mean square distance of the points from those of a guess, scaled."""
+        units = self.coordinates.units(self.problem)
+        nodes = self.rule.nodes(knots_of(self.mesh, durations))
+        points = guess(nodes)[:, : len(units)]
+        difference = self.at_points[0] - ca.DM((points / units).T)
+        return ca.sumsqr(difference) / len(points)
 
     def values(self, durations, guess):
         """Return the guess as one column; n columns of a matrix are n rows here."""

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from ..models.charts import BarAngles
 from ..models.dynamics import forward_dynamics
-from ..models.four_joints import bars_pose, bars_rates, closed, closure_columns, gap_rate
+from ..models.four_joints import bars_pose, bars_rates, closed, closure_columns, gap_rate, loop_gap
 from .coordinates import bar_accelerations
 from .functions import MotionPoint
 from .problem import Problem
@@ -72,6 +72,11 @@ class Shooting:
         rate = ca.vertcat(*gap_rate(columns, rates))
         by_bars = ca.horzcat(*(ca.vertcat(*column) for column in columns))
         self.loop = _function([x], [by_bars, ca.densify(ca.jacobian(rate, x[:4]))])
+        force = ca.SX.sym("force", 4)
+        pull = ca.SX.sym("pull", 4)
+        gap = ca.vertcat(*loop_gap(bars_pose(robot, bars)), rate)
+        curve = ca.dot(force, bends) - ca.dot(pull, gap)
+        self.bend = _function([x, torques, force, pull], [ca.densify(ca.hessian(curve, both)[0])])
         self.stage = self._stage(x, torques, t, h, bends, duration)
 
     def _stage(self, x, torques, t, h, bends, duration):
@@ -152,6 +157,7 @@ class Motions:
         self.damping = np.ones(len(x))
         self.share = np.ones(len(x))
         self.weights = np.zeros(self.h.shape)  # of gaps, in the merit
+        self.multipliers = np.zeros((*self.h.shape, 4))
         self.values = self._valued(x, torques)
         self.linear = self._linear(np.arange(len(x)))
 
@@ -212,7 +218,12 @@ class Motions:
         back = tangent[:, 1:].swapaxes(-1, -2).copy()
         tangent[..., 4:, :2] = -bend
         gap = (back @ (ends - x[:, 1:])[..., None])[..., 0]
-        return [tangent, back @ power @ tangent[:, :-1], back @ to_torques, gap]
+        by_state = back @ power
+        normal = np.zeros((*x.shape[:2], 4, 8))
+        normal[..., :2, :4] = by_bars
+        normal[..., 2:, :4] = of_rate
+        normal[..., 2:, 4:] = by_bars
+        return [tangent, by_state @ tangent[:, :-1], back @ to_torques, gap, by_state, back, normal]
 
     def gaps(self, ends: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return the gaps after the intervals (k, n), scaled."""
@@ -262,6 +273,7 @@ class Motions:
         taken = np.flatnonzero(better)
         self.x[taken] = x[taken]
         self.torques[taken] = torques[taken]
+        self.multipliers[taken] = self.next[taken]
         for own, new in zip(self.values, values):
             own[taken] = new[taken]
         if len(taken):
@@ -273,7 +285,7 @@ class Motions:
 
         The linear and quadratic problem is solved from the last node to the first one (Riccati).
         """
-        tangent, by_start, by_torques, gap = self.linear
+        tangent, by_start, by_torques, gap, by_state, to_tangent, normal = self.linear
         share = (self.h / self.duration[:, None] / self.shooting.unit)[..., None]
         gradient = share * self.values[5]
         hessian = share[..., None] * self.values[6]
@@ -286,14 +298,23 @@ class Motions:
         # In a tangent, the size of a direction is that of its bars and its rates.
         scaled = tangent / units[:, None]
         metric = scaled.swapaxes(-1, -2) @ scaled
+        # Curvature of the motion and of the loop, by the multipliers of the last step.
+        ahead = self.multipliers
+        full = (to_tangent.swapaxes(-1, -2) @ ahead[..., None])[..., 0]
+        h = self.h[..., None]
+        push = h * full[..., 4:] + h**2 / 2 * full[..., :4]
+        pulled = gradient[..., :8] + (by_state.swapaxes(-1, -2) @ ahead[..., None])[..., 0]
+        c = normal[:, :-1]
+        pull = np.linalg.solve(c @ c.swapaxes(-1, -2), c @ pulled[..., None])[..., 0]
+        middle = (self.values[1] + self.values[2]) / 2
+        hessian = hessian + at_all(self.shooting.bend, middle, self.torques, push, pull)[0]
         xx = back @ hessian[..., :8, :8] @ start
         ux = hessian[..., 8:, :8] @ start
         uu = hessian[..., 8:, 8:] + torque_damping[:, None]
-        if self.shooting.own:
-            whole = np.block([[xx, ux.swapaxes(-1, -2)], [ux, uu]])
-            size, axes = np.linalg.eigh(np.nan_to_num(whole))
-            whole = (axes * size.clip(min=1e-9)[..., None, :]) @ axes.swapaxes(-1, -2)
-            xx, ux, uu = whole[..., :4, :4], whole[..., 4:, :4], whole[..., 4:, 4:]
+        whole = np.block([[xx, ux.swapaxes(-1, -2)], [ux, uu]])
+        size, axes = np.linalg.eigh(np.nan_to_num(whole))
+        whole = (axes * size.clip(min=1e-9)[..., None, :]) @ axes.swapaxes(-1, -2)
+        xx, ux, uu = whole[..., :4, :4], whole[..., 4:, :4], whole[..., 4:, 4:]
         xx = xx + damping[:, None, None, None] * metric[:, :-1]
         gx = (back @ gradient[..., :8, None])[..., 0]
         gu = gradient[..., 8:]
@@ -325,15 +346,18 @@ class Motions:
         move = np.zeros((count, n, 2))
         forces = np.zeros((count, n))
         z = bend[:, 0]
+        found = np.zeros((count, n, 4))
         for k in range(n):
             gain = gains[-1 - k]
             move[:, k] = -gain[..., 4] - _times(gain[..., :4], z)
             z = _times(by_start[:, k], z) + _times(by_torques[:, k], move[:, k]) + gap[:, k]
             multipliers = slopes[-2 - k] + _times(values[-2 - k], z)
+            found[:, k] = multipliers
             size = np.linalg.norm(scaled[:, k + 1], axis=1)
             forces[:, k] = np.linalg.norm(multipliers / size, axis=1)
             bend[:, k + 1] = z
         bend[:, -1] = 0.0
+        self.next = found
         return _times(tangent, bend), move, forces
 
     def of(self, which: np.ndarray, count: int) -> Motions:
@@ -356,7 +380,9 @@ class Motions:
             bars = spline(t, self.x[k])
             x.append(np.concatenate([bars(new), bars.derivative()(new)], axis=1))
             x[-1][stops] = self.x[k, self.stops]
-            work = np.concatenate([np.zeros((1, 2)), np.cumsum(self.h[k, :, None] * self.torques[k], 0)])
+            work = np.concatenate(
+                [np.zeros((1, 2)), np.cumsum(self.h[k, :, None] * self.torques[k], 0)]
+            )
             mean = [np.diff(np.interp(new, t, column)) / np.diff(new) for column in work.T]
             torques.append(np.stack(mean, axis=1))
             times.append(new)

@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 # length.
 LEAST_INTERVALS = 24
 FALLING = 3.5
+PLANNED = 4.0  # of the plan's first mesh, in that time
 MOST_INTERVALS = 400
 SWINGS = 12
 NODES = 1000  # of all motions together
 # Of the first guess's, where the duration is free.
 DURATIONS = 1.0, 0.6, 1.6
 # Intervals (over those of the coarse mesh), steps, and motions that are kept for the next mesh.
-STAGES = (1.0, 8, 6), (1.5, 10, 3), (2.5, 14, 3)
+STAGES = (1.0, 8, 8), (1.5, 8, 4), (2.5, 16, 3)
 CLOSED = 0.5  # sum of all gaps, scaled, of a motion that may lead to a plan
 SAME = 0.3  # rad or bars: motions that are nowhere farther apart are one
 
@@ -87,6 +88,7 @@ def starts_between(
                 shot.append(found.of(np.arange(len(found.x)), count))
     motions = Motions.together(shot)
     number = len(motions.x) - sum(len(each.x) for each in shot if len(each.x) == 1)
+    intervals = max(intervals, math.ceil(PLANNED * falls))
     raw = [
         Start(each, mesh_of(intervals, durations), durations, guess)
         for each, guess, durations in guesses
