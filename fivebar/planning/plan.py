@@ -228,21 +228,21 @@ def _best(starts, collocation, began, ways=1, swings=0):
     plans = []
     failure = None
     cut = False
-    for k, start in enumerate(starts):
+    rest = list(starts)
+    while rest and not cut:
         costs = [plan.objective for plan in plans]
-        if plans and (len(plans) == PLANS or start.cost > CLOSE * min(costs)):
+        if plans and (len(plans) == PLANS or rest[0].cost > CLOSE * min(costs)):
             break
+        start = rest.pop(0)
         try:
             plans.append(refined(start, collocation, began))
         except PlanError as error:
             failure = failure or error
             cut = time.thread_time() - began[1] > collocation.max_time
-            if cut:
-                break
     if not plans:
         raise failure
     plans.sort(key=lambda plan: plan.objective)
-    rest = [start for start in starts[k:] if start.cost < math.inf]
+    rest = [start for start in rest if start.cost < math.inf]
     costs = [plan.objective for plan in plans[1:]] + [start.cost for start in rest]
     tried = Tried(ways, swings, min(costs, default=None), cut)
     seconds = time.perf_counter() - began[0]

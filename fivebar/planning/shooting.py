@@ -1,8 +1,8 @@
 """Many coarse motions of the four bars at a time, by multiple shooting.
 
-Each is a chain of intervals with constant torques. Steps of Gauss and Newton close the gaps between
-the intervals and lower the cost, which limits that are broken raise. On the loop's surface the state
-has four directions, so that a step of all motions takes milliseconds.
+Each is a chain of intervals with constant torques. Newton steps, with curvature made positive,
+close the gaps between the intervals and lower the cost, which limits that are broken raise. On the
+loop's surface the state has four directions, so that a step of all motions takes milliseconds.
 """
 
 from __future__ import annotations
@@ -79,6 +79,22 @@ class Shooting:
         self.bend = _function([x, torques, force, pull], [ca.densify(ca.hessian(curve, both)[0])])
         self.stage = self._stage(x, torques, t, h, bends, duration)
 
+    def _own_unit(self):
+        """Return the mean size of the user's own cost at the first stop, under a unit of torque."""
+        problem = self.problem
+        count = 8
+        bars = np.tile(problem.stops[0][0][0], (count, 1))
+        random = np.random.default_rng(0).normal(size=(count, 10))
+        motion = np.concatenate(
+            [bars, random[:, :4] * self.units[4:], np.zeros((count, 4))], axis=1
+        )
+        tau = random[:, 8:] * self.torque
+        acc = problem.accelerations(motion, problem.model)
+        point = MotionPoint.of(np.zeros(count), acc, tau, problem.bar_forces(acc, tau))
+        columns = [np.asarray(each).T for each in point[1:]]
+        costs = np.abs(problem.own.function(point.t[None], *columns)[0].full())
+        return float(np.nanmean(costs)) or 1.0
+
     def _stage(self, x, torques, t, h, bends, duration):
         """Return the function of an interval's cost in a unit of time, as of the class."""
         problem = self.problem
@@ -101,6 +117,8 @@ class Shooting:
         self.unit = weights["effort"] * self.torque**2 + weights["time"]
         self.unit += weights["jerk"] * (2 * math.pi / duration * accelerations) ** 2
         self.own = own is not None and bool(own.costs)
+        if self.own:
+            self.unit += self._own_unit()
         both = ca.vertcat(x, torques)
         squares = ca.vertcat(*residuals)
         everything = ca.vertcat(squares, math.sqrt(BROKEN * self.unit) * excess)
@@ -125,7 +143,7 @@ def _closed(robot, x):
 
 
 def at_all(function: ca.Function, *inputs: np.ndarray) -> list[np.ndarray]:
-    """Return a function's outputs (*batch, rows, columns) or (*batch, rows) for a batch of inputs."""
+    """Return a function's outputs for a batch, (*batch, rows, columns) or (*batch, rows)."""
     shape = inputs[0].shape[:-1]
     outputs = function.call([each.reshape(-1, each.shape[-1]).T for each in inputs])
     results = []
@@ -250,7 +268,7 @@ class Motions:
         return (self.h * cost).sum(axis=1) / self.duration + (self.weights * gaps).sum(axis=1)
 
     def improve(self) -> None:
-        """Take one step of each motion where it lowers the merit; else make the next one smaller."""
+        """Take a step of each motion where it lowers the merit; else make the next one smaller."""
         bend, move, forces = self._step()
         limit = forces * 1.3
         limit += 0.1 * limit.mean(axis=1, keepdims=True)

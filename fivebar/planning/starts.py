@@ -95,7 +95,10 @@ def starts_between(
     ]
     for finer, steps, kept in STAGES:
         if finer > 1.0:
-            motions = motions.of(_best(motions)[:kept], math.ceil(finer * count))
+            kept_motions = _best(motions)[:kept]
+            if not kept_motions:
+                return raw, number
+            motions = motions.of(kept_motions, math.ceil(finer * count))
         for _ in range(steps):
             if is_over():
                 return raw, number

@@ -21,7 +21,7 @@ TOO_FAST = 0.5  # rad or bars in a step
 def swings(
     shooting: Shooting, start: np.ndarray, goal: np.ndarray, duration: float, count: int, most: int
 ) -> Motions | None:
-    """Return at most `most` motions on `count` intervals that nearly join two poses, the best first.
+    """Return `most` motions on `count` intervals that nearly join two poses, the best first.
 
     start, goal: bars (4,); whole turns of the goal's may be added.
     """

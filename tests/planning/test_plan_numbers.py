@@ -10,7 +10,6 @@ import pytest
 import fivebar as fb
 from fivebar.planning.collocation import Scheme
 from fivebar.planning.coordinates import bars
-from fivebar.planning.plan import NEAR, _PlanSearch
 from fivebar.planning.problem import OBJECTIVES, Problem, checked_stops
 from fivebar.planning.samples import hermite
 
@@ -226,40 +225,3 @@ def test_a_file_with_rates_and_accelerations_is_followed_exactly(tmp_path):
     fine = np.linspace(0.0, 2.0, 201)
     for found, exact in zip(path(fine), line(fine)):
         assert found == pytest.approx(exact, abs=1e-12)
-
-
-class Stub(_PlanSearch):
-    """A search whose meshes need `needed` divisions more, and whose solver succeeds or not."""
-
-    def __init__(self, plan, divisions, solved):
-        super().__init__(plan.problem, fb.Collocation(), (0.0, 0.0))
-        self.divisions = list(divisions)
-        self.solution = type("Found", (), {"solved": solved, "durations": np.ones(1)})
-        self.solution.controls = np.zeros((len(plan.nodes), 2))
-        self.plan = plan
-        self.asked = []
-
-    def parts(self, plan, allowed=None):
-        return self.divisions.pop(0)
-
-    def solve(self, mesh, durations, guess, elastic=False, iterations=None, near=0.0):
-        self.asked.append((len(mesh[0]) - 1, near))
-        return self.solution, replace(self.plan, status="solved")
-
-
-@pytest.mark.parametrize("weight", [10.0, 0.0])
-def test_a_step_under_gravity_is_made_accurate_near_where_it_is(written, weight):
-    plan = replace(written[0], status="step")
-    mesh = [np.linspace(0.0, 1.0, 3)]
-    near = NEAR[0] if weight else 0.0
-    search = Stub(plan, [np.array([2, 1]), np.array([1, 2, 2]), None], True)
-    found = search.accurate((weight, mesh, search.solution, plan))
-    assert search.asked == [(3, near), (5, near)]
-    assert found.status == ("Feasible_Point_Found" if weight else "solved")
-    search = Stub(plan, [None], True)
-    found = search.accurate((weight, mesh, search.solution, plan))
-    assert search.asked == [] and found.status == ("Feasible_Point_Found" if weight else "step")
-    search = Stub(plan, [np.array([2, 1]), None], False)
-    assert search.accurate((weight, mesh, search.solution, plan)) is None
-    search = Stub(plan, [np.array([600, 1]), None], True)
-    assert search.accurate((weight, mesh, search.solution, plan)) is None

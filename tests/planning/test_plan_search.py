@@ -1,6 +1,5 @@
 """The search of a plan: how it refines its mesh, what it tries after a failure, and what it says."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -8,17 +7,10 @@ import pytest
 
 import fivebar as fb
 from fivebar.planning import plan as planner
-from fivebar.planning.collocation import LIMITS, Scheme
-from fivebar.planning.plan import (
-    MOST_INTERVALS,
-    _intervals,
-    _mesh,
-    _PlanSearch,
-    _refined,
-    _under_gravity,
-)
-from fivebar.planning.problem import PlanError, Problem
-from fivebar.planning.search import ways_between
+from fivebar.planning.collocation import LIMITS
+from fivebar.planning.plan import _PlanSearch, _refined
+from fivebar.planning.problem import PlanError
+from fivebar.planning.starts import mesh_of
 
 ROBOT = fb.FiveBar()
 START, GOAL = (0.05, 0.12), (-0.03, 0.1)
@@ -105,7 +97,6 @@ def test_intervals_are_divided_by_the_order_of_their_error(tries):
     found.__dict__["_relative_defects"] = defects
     found.__dict__["_exceeded"] = {}
     assert search.parts(found).tolist() == [1, 1, 2, 3, 8, 8, 8]
-    assert search.parts(found, 0.1).tolist() == [1, 1, 1, 1, 8, 8, 8]
     excess = np.array([[0.0, -1.0], [2e-3, 0.0], *[[-1.0, np.nan]] * 5])
     found.__dict__["_exceeded"] = {"reach": excess * found.problem.length}
     assert search.parts(found).tolist() == [1, 2, 2, 3, 8, 8, 8]
@@ -119,83 +110,13 @@ def test_intervals_are_divided_by_the_order_of_their_error(tries):
 
 
 def test_meshes():
-    assert [each.tolist() for each in _mesh(4, np.array([3.0, 1.0]))] == [
+    assert [each.tolist() for each in mesh_of(4, np.array([3.0, 1.0]))] == [
         pytest.approx([0.0, 1 / 3, 2 / 3, 1.0]),
         [0.0, 0.5, 1.0],
     ]
     fine = _refined([np.array([0.0, 0.5, 1.0]), np.array([0.0, 0.2, 1.0])], np.array([1, 2, 3, 1]))
     assert fine[0] == pytest.approx([0.0, 0.5, 0.75, 1.0])
     assert fine[1] == pytest.approx([0.0, 0.2 / 3, 0.4 / 3, 0.2, 1.0])
-
-
-def test_a_first_mesh_under_gravity_is_as_fine_as_bars_swing():
-    """2.2 intervals in the time sqrt(l / g) in which a bar falls by half its length."""
-    durations = np.array([1.0, 0.5])
-    problem = planned().problem
-    assert _intervals(problem, COARSE, durations) == 6
-    heavy = replace(problem, robot=fb.FiveBar(gravity=(0.0, -9.81)))
-    assert _intervals(heavy, COARSE, durations) == np.ceil(2.2 * 1.5 * np.sqrt(9.81 / 0.09))
-    assert _intervals(heavy, fb.Collocation(intervals=50), durations) == 50
-    assert _intervals(heavy, COARSE, 100 * durations) == MOST_INTERVALS
-
-
-def test_all_ways_that_are_not_much_longer_are_tried():
-    ends = [fb.igm(ROBOT, point, (-1, -1)) for point in (START, (0.03, 0.11))]
-    plan = fb.plan(ROBOT, *ends, 0.5, collocation=fb.Collocation(intervals=2, tolerance=0.5))
-    lengths = [length for *_, length in ways_between(ROBOT, *ends, 0.5, [])]
-    assert plan.tried == sum(length <= 1.6 * lengths[0] for length in lengths) < len(lengths)
-
-
-def test_work_counts_points_times_iterations(tries):
-    plan = planned(constraints=fb.Constraints(joint_speed=1.1))
-    search = _PlanSearch(plan.problem, COARSE, (0.0, 0.0))
-    search.meshes = list(plan.meshes)
-    assert len(plan.meshes) > 1
-    assert search.work == 3 * sum(each.intervals * each.iterations for each in plan.meshes)
-    assert plan.iterations == sum(each.iterations for each in plan.meshes)
-
-
-@pytest.mark.deep
-def test_steps_under_gravity_come_nearer_to_the_best(tries, monkeypatch):
-    """Each costs no more than the one before. With less work the first one is taken."""
-    calls, _ = tries
-    robot = fb.FiveBar(gravity=(0.0, -9.81))
-    ends = [fb.igm(robot, point) for point in ((0.05, 0.12), (0.03, 0.11))]
-    settings = fb.Collocation(intervals=8, tolerance=5e-3, max_time=25.0)
-    monkeypatch.setattr(planner, "NEAR", (100.0, 1.0, 0.0))
-    monkeypatch.setattr(planner, "WORK", 150)
-    plan = fb.plan(robot, *ends, 0.3, collocation=settings)
-    costs = [mesh.objective for mesh in plan.meshes]
-    assert costs == sorted(costs, reverse=True) and plan.objective == costs[-1]
-    assert plan.status == "Solve_Succeeded" and plan.error < 5e-3
-    assert len(costs) == 3 and plan.tried == 1
-    assert {size for size, *_ in calls} == {8}
-    monkeypatch.setattr(planner, "WORK", 1)
-    first = fb.plan(robot, *ends, 0.3, collocation=settings)
-    assert first.status == "Feasible_Point_Found" and len(first.meshes) == 1
-    assert first.objective == pytest.approx(costs[0])
-
-
-@pytest.mark.deep
-def test_ways_under_gravity_are_tried_until_the_work_is_done(monkeypatch):
-    """One way thrice: with the time for one and a half of them, two are tried."""
-    robot = fb.FiveBar(gravity=(0.0, -9.81))
-    ends = [fb.igm(robot, point) for point in ((0.05, 0.12), (0.045, 0.118))]
-    stops, paths, length = ways_between(robot, *ends, 0.1, [])[0]
-    weights = {"effort": 1.0, "time": 0.0, "jerk": 0.0}
-    problem = Problem(robot, stops, None, weights, fb.Constraints(), Scheme(3))
-    settings = fb.Collocation(intervals=4, tolerance=0.1, max_time=25.0)
-    monkeypatch.setattr(planner, "NEAR", (100.0, 0.0))
-
-    def tried(work):
-        monkeypatch.setattr(planner, "WORK", work)
-        began = time.perf_counter(), time.thread_time()
-        return _under_gravity([(problem, paths, length)] * 3, settings, began)
-
-    whole = tried(1e9)
-    assert whole.tried == 3
-    one_way = sum(3 * mesh.intervals * mesh.iterations for mesh in whole.meshes)
-    assert tried(1.5 * one_way).tried == 2
 
 
 def test_limits_that_cannot_be_kept_are_the_only_ones_named(tries, monkeypatch):
