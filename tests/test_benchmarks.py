@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.benchmarks import arrays, drawings, engine, live_page, singularities, speed
+import fivebar as fb
+from tests.benchmarks import arrays, drawings, engine, live_page, plans, singularities, speed
 from tests.helpers.needs import need
 
 
@@ -55,3 +56,14 @@ def test_drawings_of_the_benchmark_are_timed(capsys):
     assert "for 30 pieces: median" in capsys.readouterr().out
     chart = drawings.chart()
     assert [method.name for method in chart.methods] == ["fivebar.time_path", "toppra, Seidel"]
+
+
+def test_plans_of_the_benchmark_are_compared_with_a_long_search(capsys):
+    ((name, over, seconds),) = plans.main(1, 1, names=("AMORO flat",))
+    assert name == "AMORO flat" and 1.0 <= over < 1.02 and seconds > 0
+    assert "within 2 %: 100% of 1 pairs" in capsys.readouterr().out
+    chart = plans.chart()
+    assert [method.name for method in chart.methods] == [*plans.METHODS]
+    given = next(plans.random_pairs("AMORO flat", 1))
+    by_hand = plans.by_opti(*given, 1)
+    assert by_hand > 0.95 * fb.plan(*given[:4]).objective

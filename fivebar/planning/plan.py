@@ -49,9 +49,8 @@ LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS = 12
 MOST_INTERVALS = 600
 MOST_PARTS = 8
-PLANS = (
-    3  # at most, of which the best is taken; and motions that are refined when they are asked for
-)
+PLANS = 3  # at most, of which the best is taken, and that are refined when asked for
+FAILURES = 4  # of starts, after which the search ends
 NEAR = 10.0  # weight of the distance from a start's motion, while its mesh is refined
 RELEASED = 60  # iterations of IPOPT on the first mesh from there on
 LAST = 15  # iterations on the last mesh
@@ -226,10 +225,10 @@ def _best(starts, collocation, began, ways=1, swings=0):
     Starts are left out whose cost on the coarse mesh is larger than that of a plan.
     """
     plans = []
-    failure = None
+    failures = []
     cut = False
     rest = list(starts)
-    while rest and not cut:
+    while rest and not cut and len(failures) < FAILURES:
         costs = [plan.objective for plan in plans]
         if plans and (len(plans) == PLANS or rest[0].cost > CLOSE * min(costs)):
             break
@@ -237,13 +236,14 @@ def _best(starts, collocation, began, ways=1, swings=0):
         try:
             plans.append(refined(start, collocation, began))
         except PlanError as error:
-            failure = failure or error
+            failures.append(error)
             cut = time.thread_time() - began[1] > collocation.max_time
     if not plans:
-        raise failure
+        raise failures[0]
     plans.sort(key=lambda plan: plan.objective)
     rest = [start for start in rest if start.cost < math.inf]
     costs = [plan.objective for plan in plans[1:]] + [start.cost for start in rest]
+    cut = time.thread_time() - began[1] > collocation.max_time
     tried = Tried(ways, swings, min(costs, default=None), cut)
     seconds = time.perf_counter() - began[0]
     others = *plans[1:], *(partial(refined, start, collocation) for start in rest[:PLANS])

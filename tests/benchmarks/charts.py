@@ -2,7 +2,7 @@
 
 The charts of `fivebar chart`, of which `geometry` has more routes and `chip` the printed formulas and ARM, and
 `simulators`: the same motions in heyoka, MuJoCo, Pinocchio, Drake, Exudyn and pylinkage (the extra `peers`); and
-`least-time`: drawings timed by `time_path` and by toppra.
+`least-time`: drawings timed by `time_path` and by toppra; and `plans`: plans between poses, and other searches.
 """
 
 from argparse import ArgumentParser
@@ -15,6 +15,7 @@ ALL = CHARTS | {
     "geometry": ("tests.benchmarks.routes", CHARTS["geometry"][1]),
     "chip": ("tests.benchmarks.chip", CHARTS["chip"][1]),
     "least-time": ("tests.benchmarks.drawings", "timed drawings: gap against time, and toppra"),
+    "plans": ("tests.benchmarks.plans", "plans between random poses: objective against time"),
     "simulators": ("tests.benchmarks.simulators.chart", "the same motion in five other programs"),
 }
 
