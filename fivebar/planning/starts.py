@@ -77,9 +77,11 @@ def starts_between(
     most = max(NODES // count, 2)
     mesh = mesh_of(count, guesses[0][2])
     shot = []
+    along = 0
     for factor in factors:
         for each, guess, durations in guesses[: max(most // (2 * len(factors)), 1)]:
             shot.append(_along(shooting, each, guess, durations, factor, mesh))
+            along += 1
         if len(problem.stops) == 2:
             start, goal = (conditions[0] for conditions, _ in problem.stops)
             own = min(SWINGS, most) // len(factors)
@@ -87,7 +89,7 @@ def starts_between(
             if found is not None:
                 shot.append(found.of(np.arange(len(found.x)), count))
     motions = Motions.together(shot)
-    number = len(motions.x) - sum(len(each.x) for each in shot if len(each.x) == 1)
+    number = len(motions.x) - along
     intervals = max(intervals, math.ceil(PLANNED * falls))
     raw = [
         Start(each, mesh_of(intervals, durations), durations, guess)
