@@ -12,7 +12,7 @@ import numpy as np
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..base.tables import written
-from .options import TABLE, WORKING, add_options, parse_values, print_json, usage_errors
+from .options import TABLE, WORKING, add_options, named_values, print_json, usage_errors
 from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = TABLE | {
@@ -125,20 +125,10 @@ def _calibrate(arguments):
     if arguments.loss not in LOSSES:
         raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
-    start = mounting_of(machine)
-    for text in arguments.start:
-        name, values = parse_values(text, "--start")
-        start[name] = values[0]
-    bounds = {}
-    for text in arguments.bounds:
-        name, values = parse_values(text, "--bounds", "LOW:HIGH")
-        if len(values) != 2:
-            raise UsageError(f"--bounds must be NAME=LOW:HIGH, not {text!r}")
-        bounds[name] = tuple(values)
-    priors = {}
-    for text in arguments.prior:
-        name, values = parse_values(text, "--prior")
-        priors[name] = values[0]
+    start = mounting_of(machine) | named_values(arguments.start, "--start")
+    bounds = named_values(arguments.bounds, "--bounds", "LOW:HIGH")
+    if single := [text for text in arguments.bounds if ":" not in text]:
+        raise UsageError(f"--bounds must be NAME=LOW:HIGH, not {single[0]!r}")
     tool = machine.tool
     if arguments.tool_leg:
         tool = replace(tool or Tool(1), leg=int(arguments.tool_leg))
@@ -153,7 +143,7 @@ def _calibrate(arguments):
         start=start,
         sigma=arguments.sigma,
         bounds=bounds,
-        priors=priors,
+        priors=named_values(arguments.prior, "--prior"),
         loss=arguments.loss,
         units=arguments.units,
         columns=arguments.columns,

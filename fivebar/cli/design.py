@@ -8,9 +8,9 @@ from contextlib import nullcontext
 
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
-from .options import JSON, add_options, check_ending, parse_values, print_json
+from .options import JSON, add_options, check_ending, named_values, print_json
 from .robot_options import add_robot_options, chosen_machine
-from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of, interval
+from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of
 
 OPTIONS = JSON | {
     "--list": "list the figures and their units",
@@ -54,11 +54,9 @@ def _design(arguments):
         name, _, sense = text.partition("=")
         smaller = name in FIGURES and FIGURES[name].better == "small"
         goals[figure_of(name)] = sense or ("min" if smaller else "max")
-    bounds = dict(interval(text, "--bound") for text in arguments.bound)
-    limits = {}
-    for text in arguments.limit:
-        name, values = parse_values(text, "--limit", "LOW:HIGH")
-        limits[figure_of(name)] = values[0] if len(values) == 1 else tuple(values)
+    bounds = named_values(arguments.bound, "--bound", "LOW:HIGH")
+    limits = named_values(arguments.limit, "--limit", "LOW:HIGH")
+    limits = {figure_of(name): value for name, value in limits.items()}
     step = None if arguments.step_mm is None else arguments.step_mm / 1000
     try:
         with dask_executor(arguments.dask) if arguments.dask else nullcontext() as executor:

@@ -38,6 +38,7 @@ PICTURES = (".png", ".svg", ".pdf")
 JSON: dict[str, Any] = {"--json": "the result as JSON on stdout"}
 # Of commands that read a table.
 TABLE = JSON | {"--columns NAME=HEADING ...": "of columns with other headings, as x='East (mm)'"}
+HALF_OPEN = "--limit", "--bounds"  # ranges of these may leave out an end
 WORKING = "--working -1|1 -1|1"
 
 
@@ -140,7 +141,7 @@ def number(text: str, option: str, name: str = "") -> float:
 
 
 def parse_values(text: str, option: str, form: str = "VALUE") -> tuple[str, list]:
-    """Return ("l1", [0.05, 0.2]) of l1=0.05:0.2; None for an empty place.
+    """Return ("l1", [0.05, 0.2]) of l1=0.05:0.2; None for an empty place of a half-open one.
 
     form: what stands after NAME= ; it has as many parts as its colons allow, or one.
     """
@@ -149,11 +150,22 @@ def parse_values(text: str, option: str, form: str = "VALUE") -> tuple[str, list
     if not sign or len(parts) not in (1, form.count(":") + 1):
         shape = form if form == "VALUE" else f"VALUE or {form}"
         raise UsageError(f"{option} must be NAME={shape}, not {text!r}")
+    if "" in parts and (len(parts) == 1 or option not in HALF_OPEN):
+        raise UsageError(f"{option}: a number is missing in {text!r}")
     numbers: list[float | None] = []
     for part, of in zip(parts, form.split(":")):
         own = "" if of == "COUNT" else name
-        numbers.append(number(part, option, own) if part or len(parts) == 1 else None)
+        numbers.append(number(part, option, own) if part else None)
     return name, numbers
+
+
+def named_values(texts: Iterable[str], option: str, form: str = "VALUE") -> dict[str, Any]:
+    """Return {name: number} of NAME=VALUE, and {name: (low, high)} of NAME=LOW:HIGH."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, values = parse_values(text, option, form)
+        found[name] = values[0] if len(values) == 1 else tuple(values)
+    return found
 
 
 def print_notes(file: object, notes: Iterable[str]) -> None:

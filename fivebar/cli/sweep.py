@@ -10,9 +10,17 @@ from contextlib import nullcontext
 import numpy as np
 
 from ..base.errors import UsageError
-from .options import JSON, add_options, check_ending, parse_values, print_json, used_options
+from .options import (
+    JSON,
+    add_options,
+    check_ending,
+    named_values,
+    parse_values,
+    print_json,
+    used_options,
+)
 from .robot_options import add_robot_options, chosen_machine
-from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of, interval
+from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of
 
 DESIGNS = {
     "--grid NAME=LOW:HIGH:COUNT ...": "all combinations",
@@ -101,15 +109,13 @@ def _designs(arguments):
     if arguments.triangle:
         return triangle(arguments.triangle)
     if arguments.sample:
-        bounds = dict(interval(text, "--bound") for text in arguments.bound)
+        bounds = named_values(arguments.bound, "--bound", "LOW:HIGH")
         return sample(bounds, arguments.sample, arguments.seed)
     return grid(dict(map(_axis, arguments.grid)))
 
 
 def _axis(text):
     name, values = parse_values(text, "--grid", "LOW:HIGH:COUNT")
-    if None in values:
-        raise UsageError(f"--grid: a number is missing in {text!r}")
     if len(values) == 1:
         return name, values
     low, high, count = values

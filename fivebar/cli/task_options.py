@@ -13,7 +13,7 @@ from textwrap import fill, indent
 
 from ..base.errors import UsageError
 from ..planning.samples import from_csv
-from .options import WORKING, add_options, number, parse_values, usage_errors, used_options
+from .options import WORKING, add_options, named_values, number, usage_errors, used_options
 
 _MODULES: set = set()  # of users, by the names of the modules that they are
 TASK = {
@@ -53,22 +53,11 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
             for text, name in zip_longest(arguments.motor, names, fillvalue="")
         ]
     if arguments.tolerance:
-        values = [parse_values(text, "--tolerance") for text in arguments.tolerance]
-        choices["tolerances"] = {name: value for name, (value,) in values}
+        choices["tolerances"] = named_values(arguments.tolerance, "--tolerance")
     if arguments.motion:
         with usage_errors():
             choices["motion"] = from_csv(arguments.motion)
     return choices
-
-
-def interval(text: str, option: str) -> tuple[str, float | tuple[float, float]]:
-    """Return ("l1", (0.05, 0.2)) of l1=0.05:0.2, ("l1", 0.1) of l1=0.1."""
-    name, values = parse_values(text, option, "LOW:HIGH")
-    if None in values:
-        raise UsageError(f"{option}: a number is missing in {text!r}")
-    if len(values) == 1:
-        return name, values[0]
-    return name, (values[0], values[1])
 
 
 def figure_of(text: str) -> object:

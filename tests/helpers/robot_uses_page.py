@@ -26,7 +26,10 @@ Where a file has a `[frame]`, the points of a command are in it, and the output 
 robot's own frame. `time_path`, `check_path` and `certify` take the path of the tool in the measuring frame of a Machine;
 what they return is of joint C in the robot's own frame. Constraints of a Machine hold where the call names no others.
 
-What has no meaning for a command or function is left out, and a line or a warning says so. A constraint that is written
+Files that keep the robot's own frame, as `run.csv`, are named as such in the output.
+
+What has no meaning for a command or function is left out, and a line or a warning says so where it could change the
+answer. A constraint that is written
 for the call, and cannot be kept there, is an error. The tables are those that the program asks, and `--help` prints.
 ● used, ○ kept in the robot file that is written, × refused; an empty place is left out.
 
