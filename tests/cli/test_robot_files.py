@@ -109,11 +109,11 @@ def test_files_in_the_robots_own_frame_are_named(robot_file, tmp_path, capsys):
         np.testing.assert_allclose(run.xi[0], machine.frame.inverse((x, y)), atol=1e-9)
 
 
-def test_what_changes_no_answer_is_not_said(robot_file, tmp_path, capsys):
-    rest = {"offset": (0.1, 0.0), "measured": ((-1, -1, -1),)}
-    words = ["map", "--nodes", "5", "--out", str(tmp_path / "map.png"), "--robot"]
-    assert main([*words, robot_file(**rest)]) == 0
-    assert capsys.readouterr().err == ""
+def test_what_changes_no_answer_is_not_said():
+    machine = fb.Machine(fb.FiveBar(), offset=(0.1, 0.0), measured=((-1, -1, -1),))
+    for user in ("map", "map --load", "certify", "fb.check_path", "fb.place"):
+        assert machine.used_by(user)[1] == "", user
     # The axes of joint space are angles of the model.
-    assert main([*words, robot_file(**rest), "--space", "joint"]) == 0
-    assert "map --space joint leaves out [readings]" in capsys.readouterr().err
+    used, note = machine.used_by("map --space joint")
+    assert note.startswith("map --space joint leaves out [readings]: ") and "measured" not in note
+    assert used == fb.Machine(fb.FiveBar())
