@@ -131,3 +131,14 @@ def test_motions_scale_with_the_robot(scale):
         return fb.time_path(robot, path, constraints=limits, working=(1, -1)).duration
 
     assert duration(scale) == pytest.approx(duration(1.0), rel=1e-5)
+
+
+@pytest.mark.parametrize("scale", (1e-3, 1.0, 1e3))
+def test_lengths_that_are_almost_equal_are_settled_at_any_size(scale):
+    def robot(share):
+        lengths = np.array([0.1, 0.1 * (1 + share), 0.12, 0.15]) * scale
+        return fb.FiveBar(*lengths.tolist(), d=0.07 * scale)
+
+    near = settled(robot(1e-11))
+    assert near.l11 == pytest.approx(near.l12, rel=1e-15) and near != robot(1e-11)
+    assert settled(robot(1e-9)) == robot(1e-9)
