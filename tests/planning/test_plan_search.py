@@ -1,5 +1,7 @@
 """The search of a plan: how it refines its mesh, what it tries after a failure, and what it says."""
 
+import io
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -7,9 +9,11 @@ import pytest
 
 import fivebar as fb
 from fivebar.planning import plan as planner
-from fivebar.planning.collocation import LIMITS
+from fivebar.planning.collocation import LIMITS, Scheme
+from fivebar.planning.coordinates import bars, tangent
 from fivebar.planning.plan import _PlanSearch, _refined
-from fivebar.planning.problem import PlanError
+from fivebar.planning.problem import PlanError, Problem
+from fivebar.planning.shooting import Motions, Shooting, at_all
 from fivebar.planning.starts import mesh_of
 
 ROBOT = fb.FiveBar()
@@ -135,3 +139,70 @@ def test_limits_that_cannot_be_kept_are_the_only_ones_named(tries, monkeypatch):
         planned(constraints=fb.Constraints(joint_speed=1.1, torque=5.0))
     assert set(error.value.violations) == {"joint_speed"}
     assert error.value.status == "Failed"
+
+
+def test_a_plan_says_what_it_was_compared_with_and_keeps_the_other_motions():
+    ends = [fb.igm(ROBOT, point, modes) for point, modes in ((START, (-1, -1)), (GOAL, (-1, 1)))]
+    plan = fb.plan(ROBOT, *ends, 1.0)
+    assert plan.tried.ways >= 2 and not plan.tried.cut
+    assert plan.tried.next_best > plan.objective
+    assert f"{plan.tried.ways} ways and {plan.tried.swings} swings" in plan.notes[0]
+    others = pickle.loads(pickle.dumps(plan)).alternatives
+    assert others
+    for other in others:
+        assert other.objective > plan.objective and other.error <= 1e-3
+        t = np.linspace(0.0, 1.0, 4001)
+        effort = np.trapezoid((other.torques(t) ** 2).sum(axis=1), t)
+        assert other.objective == pytest.approx(effort, rel=1e-3)
+        assert other(1.0)[0] == pytest.approx(GOAL, abs=1e-6)
+    file = io.StringIO()
+    plan.to_csv(file)
+    file.seek(0)
+    again = fb.Plan.from_csv(file)
+    assert again.tried == plan.tried and again.alternatives == ()
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(
+    "start, goal, duration, most",
+    [
+        (((0.0476, 0.1369), (1, -1)), ((0.0297, 0.0589), (1, -1)), 0.5, 0.00723),
+        (((0.0134, 0.1263), (-1, -1)), ((0.0702, -0.0993), (1, 1)), 1.12, 0.0264),
+    ],
+)
+def test_swings_are_found_at_the_first_call(start, goal, duration, most):
+    """No ways but all of them, with much more time, cost as little: 0.00722 and 0.02636."""
+    robot = fb.FiveBar(gravity=(0.0, -9.81))
+    plan = fb.plan(robot, fb.igm(robot, *start), fb.igm(robot, *goal), duration)
+    assert plan.objective < most and plan.error <= 1e-3
+
+
+def test_shot_motions_have_the_derivatives_of_their_steps():
+    """By differences along the loop's surface; those by torques, whose series is short, to 1 %."""
+    robot = fb.FiveBar(gravity=(0.0, -9.81))
+    pose = fb.igm(robot, (0.02, 0.12), (1, -1))
+    at = bars(pose)
+    weights = {"effort": 1.0, "time": 0.0, "jerk": 0.0}
+    stops = ({0: at, 1: np.zeros(4)}, 0.0), ({0: at, 1: np.zeros(4)}, 0.02)
+    shooting = Shooting(Problem(robot, stops, None, weights, fb.Constraints(), Scheme(3)), 0.02)
+    free = tangent(robot, at)
+    x = np.concatenate([at, free.T @ (4.0, -3.0)])[None]
+    torques = np.array([[0.2, -0.1]])
+    h = np.array([[0.02]])
+    end = at_all(shooting.step, x, torques, h)[0]
+    nodes = np.stack([x, end], axis=1)
+    motion = Motions(shooting, nodes, torques[:, None], np.array([[0.0, 0.02]]), np.array([0, 1]))
+    directions, by_start, by_torques, gap, *_ = motion.linear
+    assert np.abs(gap).max() < 1e-12
+    back = np.linalg.pinv(directions[0, 1])
+    for k in range(4):
+        step = 1e-6 * directions[0, 0, :, k]
+        two = [at_all(shooting.close, x + sign * step)[0] for sign in (1, -1)]
+        one, other = (at_all(shooting.step, each, torques, h)[0] for each in two)
+        slope = back @ (one - other)[0] / 2e-6
+        assert slope == pytest.approx(by_start[0, 0, :, k], abs=2e-3 * np.abs(slope).max())
+    for k in range(2):
+        push = 1e-6 * np.eye(2)[k]
+        one, other = (at_all(shooting.step, x, torques + sign * push, h)[0] for sign in (1, -1))
+        slope = back @ (one - other)[0] / 2e-6
+        assert slope == pytest.approx(by_torques[0, 0, :, k], abs=1e-2 * np.abs(slope).max())
