@@ -9,6 +9,7 @@ import pytest
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.timing import solve as solve_module
+from fivebar.paths.timing.constraint_rows import Limits
 from fivebar.paths.timing.lower_bound import Ceiling
 from fivebar.paths.timing.mesh import mesh_of
 from fivebar.paths.timing.solve import Solved, TimingError, refined
@@ -177,3 +178,44 @@ def test_a_motion_far_from_its_bound_comes_with_a_warning(star, monkeypatch):
     assert motion.gap > 0.01
     # A larger gap was asked for.
     fb.time_path(fb.FiveBar(), star, constraints=fb.Constraints(**USUAL), gap=0.9)
+
+
+def test_a_search_without_a_motion_says_that_its_time_ran_out(star, monkeypatch):
+    """It is not told as if there were none."""
+    monkeypatch.setattr(solve_module, "SHARES", ())
+    with pytest.raises(TimingError, match="max_time ran out before a motion .* was found") as late:
+        fb.time_path(fb.FiveBar(), star, constraints=fb.Constraints(**USUAL), max_time=1e-9)
+    assert not late.value.proved
+
+
+@pytest.mark.deep
+def test_work_grows_as_the_number_of_pieces():
+    """A zigzag in one stroke, with blends: within a thousandth, and as many looks for each piece."""
+    looks = []
+    for corners in (50, 200):
+        x = np.linspace(-0.03, 0.03, corners)
+        y = np.where(np.arange(corners) % 2, 0.1, 0.105)
+        path = fb.path(np.stack([x, y], axis=1), deviation=1e-5)
+        mesh = mesh_of(fb.FiveBar(), path, (-1, -1))
+        limits = Limits(speed=0.1, acceleration=2.0)
+        mesh, found = refined(mesh, limits, 1e-3, math.inf)
+        assert found.gap <= 1e-3
+        looks.append(found.looks / len(path.pieces))
+    assert looks[1] < 1.3 * looks[0] < 1000
+
+
+@pytest.mark.deep
+def test_a_jerk_limit_slows_small_blends_down(star):
+    """All of it was slowed to the pace of the blends: 56 s, where the bound without jerk is 4.3 s."""
+    path = fb.path(
+        np.array([*STAR, STAR[0]]) * [1e-3, -1e-3] + [-0.04, 0.095], deviation=2e-5, curvature=True
+    )
+    limits = fb.Constraints(**USUAL, jerk=5.0)
+    with pytest.warns(
+        RuntimeWarning, match="with the limit on jerk the motion takes 1.* s; the bound"
+    ):
+        motion = fb.time_path(fb.FiveBar(), path, constraints=limits, gap=1e-2)
+    assert motion.duration < 20 and motion.path is path
+    t = np.linspace(0, motion.duration, 40_001)
+    rises = np.linalg.norm(np.diff(motion(t)[2], axis=0), axis=1) / t[1]
+    assert np.sort(rises)[-200] <= 5.0 * 1.001  # but where it jumps

@@ -185,7 +185,14 @@ def test_paths_along_the_bars_cross_without_a_criterion_or_not_at_all():
     with pytest.raises(fb.SingularityError, match=r"grazes Type 2 .* at s = 0\.0(2|19999\d*) m"):
         fb.time_path(ROBOT, graze, constraints=fb.Constraints(**limits))
     first = Line(HOME, CROSSING)
-    for pieces in ((first, Line(CROSSING, (-0.09, 0.1))), (first,), (Line(CROSSING, HOME),)):
+    toward = np.subtract(HOME, CROSSING)
+    almost = Line(HOME, tuple(CROSSING + 1e-8 * toward / np.linalg.norm(toward)))
+    for pieces in (
+        (first, Line(CROSSING, (-0.09, 0.1))),
+        (first,),
+        (Line(CROSSING, HOME),),
+        (almost,),
+    ):
         with pytest.raises(fb.SingularityError, match="rests on Type 2 at s = "):
             fb.time_path(ROBOT, Path(pieces), constraints=fb.Constraints(**limits))
 

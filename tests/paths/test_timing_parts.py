@@ -767,19 +767,19 @@ def test_times_that_are_no_numbers():
 def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
     """Only the moving is slowed down: rests stay as long as the path asks for."""
     monkeypatch.setattr(jerk, "_paced", lambda motion: replace(motion, pace=pace))
-    fastest = jerk.smoothed(timed())
+    fastest = jerk.smoothed([timed()])
     wanted = fastest.duration + 0.5
-    motion = jerk.smoothed(timed(), wanted)
+    motion = jerk.smoothed([timed()], wanted)
     assert motion.duration == pytest.approx(wanted) and motion.smooth == fastest.smooth
     assert motion.pace / pace == pytest.approx((wanted - 0.75) / (fastest.duration - 0.75))
     with pytest.raises(
         TimingError, match="is less than .* s, the least that was found with this"
     ) as e:
-        jerk.smoothed(timed(), fastest.duration * 0.99)
+        jerk.smoothed([timed()], fastest.duration * 0.99)
     assert not e.value.proved and e.value.s == 0.0
     crossing = replace(timed(), crossing=np.arange(7) == 3)
     with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
-        jerk.smoothed(crossing)
+        jerk.smoothed([crossing])
 
 
 def curved():

@@ -1,5 +1,5 @@
-"""A limit on the jerk: the fastest motion without it, its s(t) averaged over a while, all slowed
-down until it fits.
+"""A limit on the jerk: the fastest motion without it, or at the speeds of `eased`, its s(t)
+averaged over a while, all slowed down until it fits.
 
 The mean of s over [t - w, t] has s''' = (s''(t) - s''(t - w)) / w, which is finite, and comes to
 rest w later. How long w is best is sought. It is not promised that nothing is faster (where the
@@ -24,6 +24,7 @@ from .refusals import where
 from .solve import TimingError
 
 if TYPE_CHECKING:
+    from ..curve import Path
     from .timed_path import TimedPath
 
 PLACES = 7  # between two times at which a derivative jumps
@@ -70,20 +71,37 @@ def refuse_crossing(motion: TimedPath) -> None:
         )
 
 
-def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
-    """Return the motion with its jerk limit kept, in `duration` s if it is given."""
-    refuse_crossing(motion)
-    tried: dict[float, TimedPath] = {}
+def eased(path: Path, jerk: float) -> Path:
+    """Return the path with speeds at which, while s' stays the same, its jerk is no more than this: in
+    small blends they are far below what accelerations allow.
+    """
+    n = len(path.pieces)
+    lengths = np.array([piece.length for piece in path.pieces])
+    s = lengths[:, None] * np.linspace(0, 1, PLACES + 2)
+    _, tip_s, _, tip_sss = path.drawn.on(np.arange(n)[:, None], s)
+    with np.errstate(divide="ignore"):
+        rate = np.cbrt(jerk / np.linalg.norm(tip_sss, axis=-1))
+    speed = (rate * np.linalg.norm(tip_s, axis=-1)).min(axis=1)
+    return replace(path, feed=tuple(np.minimum(path.feed, speed).tolist()))
 
-    def time(w):
-        tried[w] = _paced(replace(motion, smooth=float(np.exp(w))))
-        return tried[w].duration
 
-    widths = np.log(SHARES * motion.clock.taken.sum())
-    k = int(np.argmin([time(w) for w in widths]))
-    ends = widths[max(k - 1, 0)], widths[min(k + 1, len(widths) - 1)]
-    minimize_scalar(time, bounds=ends, method="bounded", options={"maxiter": STEPS})
-    best = min(tried.values(), key=lambda each: each.duration)
+def smoothed(motions: list[TimedPath], duration: float | None = None) -> TimedPath:
+    """Return the fastest of these motions with its jerk limit kept, in `duration` s if it is
+    given.
+    """
+    tried = []
+    for motion in motions:
+        refuse_crossing(motion)
+
+        def time(w, motion=motion):
+            tried.append(_paced(replace(motion, smooth=float(np.exp(w)))))
+            return tried[-1].duration
+
+        widths = np.log(SHARES * motion.clock.taken.sum())
+        k = int(np.argmin([time(w) for w in widths]))
+        ends = widths[max(k - 1, 0)], widths[min(k + 1, len(widths) - 1)]
+        minimize_scalar(time, bounds=ends, method="bounded", options={"maxiter": STEPS})
+    best = min(tried, key=lambda each: each.duration)
     if duration is None:
         return best
     if duration < best.duration:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .mesh import Mesh
 
 VOID = 1e-9  # of a factor's largest size, that counts as 0 where Type 2 is crossed
-TOUCH = 1e-9  # of det A, as in `singularity`
+TOUCH = 1e-6  # of det A: about 0.1 um, nearer to Type 2 than any robot knows itself
 
 
 def where(path: Path, s: float) -> str:
@@ -82,8 +82,8 @@ def refuse_touching(mesh: Mesh) -> None:
     bad = ((np.abs(ends) <= TOUCH) | mesh.crossing) & mesh.rest
     if bad.any():
         raise SingularityError(
-            f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque"
-            " starts it there; let it pass, or rest elsewhere",
+            f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))} (|det A| is"
+            f" at most {TOUCH:g}): no torque starts it there; let it pass, or rest elsewhere",
             0.0,
         )
     graze = np.flatnonzero(mesh.crossing[1:-1] & (side[1:] == side[:-1]))

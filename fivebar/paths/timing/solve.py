@@ -137,14 +137,15 @@ def _refined(mesh, limits, gap, until):
         hints = hints[:, np.searchsorted(mesh.s, middles) - 1]
         mesh = after
     if np.isinf(taken).any():
+        node = (*found.stuck, 0)[0]
         if late:
             raise TimingError(
                 "time_path: max_time ran out before a motion along the whole path was found; give"
                 " it more",
-                float(mesh.s[found.stuck[0]]),
+                float(mesh.s[node]),
                 False,
             )
-        raise _no_motion(mesh, found.stuck[0], False)
+        raise _no_motion(mesh, node, False)
     chosen = []
     for k, (mesh, found) in enumerate(rounds):
         own = best[mesh.part] == k

@@ -22,7 +22,7 @@ from ...models.geometry import igm
 from ...models.physics import physics_of
 from ..curve import Path
 from .constraint_rows import Limits
-from .jerk import refuse_kinks, smoothed
+from .jerk import eased, refuse_kinks, smoothed
 from .mesh import mesh_of
 from .refusals import where
 from .slower import slowed
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from ...models.robots import Robot
 
 SLOW = 0.01  # of its lower bound: a motion that takes so much longer is warned of
+JERKY = 2.0  # times its lower bound more, where the jerk is limited
 AMPLE = 4.0  # times the torques that hold the robot, where none are given
 
 
@@ -81,7 +82,8 @@ def time_path(
         Wanted duration / lower_bound - 1. The search ends before at a fixed count of work, the same
         on every machine.
     max_time : float
-        Processor time, s, after which the best result so far is returned.
+        Processor time, s, after which the best result so far is returned; TimingError if no motion
+        was found by then.
 
     Returns
     -------
@@ -101,7 +103,7 @@ def time_path(
     -----
     RuntimeWarning
         The search ended with a motion that takes over 1 % longer than the lower bound, and longer
-        than `gap` asks for.
+        than `gap` asks for; or a limit on jerk makes it take three times as long.
 
     Examples
     --------
@@ -134,7 +136,22 @@ def time_path(
     if asked.jerk is not None:
         if not asked.forces:
             raise ValueError("time_path: jerk needs a torque or an acceleration beside it")
-        return smoothed(_timed(asked, *refined(mesh, asked, gap, until)), duration)
+        motions = [_timed(asked, *refined(mesh, asked, gap, until))]
+        slower = eased(path, asked.jerk)
+        if slower.feed != path.feed:
+            motion = _timed(asked, *refined(replace(mesh, path=slower), asked, gap, until))
+            bound = motions[0].lower_bound
+            motions.append(replace(motion, path=path, lower_bound=bound))
+        best = smoothed(motions, duration)
+        if duration is None and best.gap > JERKY:
+            warnings.warn(
+                f"time_path: with the limit on jerk the motion takes {best.duration:.4g} s; the"
+                f" bound without it is {best.lower_bound:.4g} s. A larger deviation at the corners"
+                " may help",
+                RuntimeWarning,
+                stacklevel=4,
+            )
+        return best
     if duration is None:
         motion = _timed(asked, *refined(mesh, asked, gap, until))
         if motion.gap > max(gap, SLOW):
