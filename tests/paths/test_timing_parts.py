@@ -40,7 +40,6 @@ from fivebar.paths.timing.solve import (
     _directions,
     _faster,
     _lowered,
-    _made,
     _parts_about,
 )
 from fivebar.paths.timing.timed_path import TimedPath
@@ -565,7 +564,6 @@ def test_stretches_are_split_by_their_share_of_the_gap(monkeypatch):
     part = np.array([0.0, 1.0, 3.9, 8.9, 100.0, 0.0])
     above = SimpleNamespace(time=np.full(6, 100.0))
     found = SimpleNamespace(time=above.time + part, above=above, stuck=())
-    monkeypatch.setattr(solve, "_made", lambda found, part: part)
     monkeypatch.setattr(solve, "_beside_type_2", lambda mesh, thin: np.arange(6) >= 4)
     above.size = np.ones(6)
     length = np.array([1.0] * 5 + [0.1])
@@ -643,16 +641,6 @@ def test_shares_below_the_speed_on_type_2():
     np.testing.assert_allclose(shares[6], 1e-2)
     mesh.tied = np.arange(13) == 5
     assert len(list(_lowered(mesh, part))) == 3
-
-
-def test_what_each_stretch_adds_to_the_gap():
-    above = SimpleNamespace(x=np.array([0.0, 4, 4, 4, 0]))
-    part = np.array([0.1, 0.2, 0.3, 0.0])
-    found = SimpleNamespace(above=above, x=np.array([0.0, 4, 2, 2, 0]))
-    grows = np.array([0, np.log(2), 0, 0])
-    np.testing.assert_allclose(_made(found, part), (part + grows * 0.6 / np.log(2)) / 2)
-    found.x = np.array([0.0, 4, 4, 4, 0])
-    np.testing.assert_allclose(_made(found, part), part)
 
 
 # A timed path

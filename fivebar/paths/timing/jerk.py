@@ -72,8 +72,8 @@ def refuse_crossing(motion: TimedPath) -> None:
 
 
 def eased(path: Path, jerk: float) -> Path:
-    """Return the path with speeds at which, while s' stays the same, its jerk is no more than this: in
-    small blends they are far below what accelerations allow.
+    """Return the path with speeds that, kept, take no more than this jerk: in small blends they are
+    far below what accelerations allow.
     """
     n = len(path.pieces)
     lengths = np.array([piece.length for piece in path.pieces])

@@ -191,7 +191,7 @@ def _parts(mesh, found, gap):
     if not moves.any():
         return about
     # The gap of a stretch goes as the square of its length.
-    part = _made(found, np.where(moves, found.time - found.above.time, 0.0))
+    part = np.where(moves, found.time - found.above.time, 0.0)
     allowed = 0.7 * gap * found.above.time.sum() / len(mesh)
     wanted = np.sqrt(part / min(allowed, 0.5 * part.max()))
     parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
@@ -346,23 +346,6 @@ def _lean(mesh, rows, above):
     best = np.where(tied, np.abs(a[1]), 0.0).argmax(axis=0)
     at = best, np.arange(len(mesh))
     return np.where(tied[at], grows[at], 0.0)
-
-
-def _made(found, part):
-    """Return what each stretch adds to the gap (n,), s: by its time, and by x over the ceiling.
-
-    A loss in one place shows on all stretches that follow, where nothing is lost any more.
-    """
-    with np.errstate(all="ignore"):
-        behind = np.log(found.above.x / found.x)
-    known = np.isfinite(behind)
-    nodes = np.arange(len(behind))
-    behind = np.interp(nodes, nodes[known], behind[known])
-    grows = np.abs(np.diff(behind))
-    whole = grows.sum()
-    if whole > 0:
-        return (part + grows * (part.sum() / whole)) / 2
-    return part
 
 
 def _parts_about(length, nodes):
