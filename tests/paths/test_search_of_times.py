@@ -22,7 +22,7 @@ from tests.paths.test_polygons import CASES
 @pytest.mark.parametrize(
     "name, gap, looks",
     [
-        ("torques", 1e-3, 1300),
+        ("torques", 1e-3, 1450),
         ("accelerations", 1e-3, 1900),
         ("across Type 2", 1e-2, 3600),
         ("elbows", 0.03, 5800),

@@ -20,12 +20,11 @@ ROUNDING = 1e-14  # of x
 def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarray, list[int]]:
     """Return (x at the nodes (n + 1,), the nodes from which no motion leads on).
 
-    rest (n + 1,): nodes at rest. From rest to rest x is 0 where there is such a node. All stretches
-    are taken at once, and again those beside which the bounds of x became closer.
+    rest (n + 1,): nodes at rest. From rest to rest x is 0 where there is such a node. Stretches
+    that leave x free are passed over.
     """
     table, n = found.table, len(found.table)
-    high = np.where(rest, 0.0, above.x)
-    low = np.zeros(n + 1)
+    top = np.where(rest, 0.0, above.x)
     p, q, r = (np.ascontiguousarray(table[..., k]) for k in range(3))
     up = p > TINY
     down = p < -TINY
@@ -35,62 +34,70 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
         ends = -r / q
         first = np.where(q < -TINY, ends, 0.0).max(axis=1)
         last = np.where(q > TINY, ends, np.inf).min(axis=1)
-        forth = np.where(q > TINY, -1 / q, 0.0)
     always = ~((np.abs(q) <= TINY) & (r > 0)).any(axis=1)
-    corner = _corners(p, q, r, reach, high[1:], True)
-    lowest = None
+    corner = _corners(p, q, r, reach, top[1:], True)
     base = r * reach
     slope = q * reach
     most = np.where(up, base, np.inf)
     steep = np.where(up, slope, 0.0)
+    x1 = np.minimum(corner, top[1:])
+    free = (most + steep * x1[:, None]).min(axis=1) >= top[:-1]
+    free &= always & (first <= np.minimum(last, top[1:]))
+    free, corner, always, first, last = (
+        each.tolist() for each in (free, corner, always, first, last)
+    )
+    low = [0.0] * (n + 1)
+    high = top.tolist()
+    tops = top.tolist()
+    lowest = None
+    stuck = []
     least = 1e-12 * above.x.max() + 1e-300
-    stuck = np.zeros(n + 1, dtype=bool)
-    i = np.arange(n)
-    while len(i):
-        x1 = np.clip(corner[i], low[i + 1], high[i + 1])
-        at_most = (most[i] + steep[i] * x1[:, None]).min(axis=1)
-        begins = np.maximum(first[i], low[i + 1])
-        moves = ~(always[i] & (begins <= np.minimum(last[i], high[i + 1])))
-        at_least = np.zeros(len(i))
-        if moves.any():
+    begins = np.maximum.accumulate(np.where(rest[:-1], np.arange(n), 0)).tolist()
+    i = n
+    while i > 0:
+        i -= 1
+        if free[i] and high[i + 1] == tops[i + 1] and low[i + 1] == 0:
+            continue
+        x1 = min(max(corner[i], low[i + 1]), high[i + 1])
+        high[i] = min(high[i], float((most[i] + steep[i] * x1).min()))
+        if not (always[i] and max(first[i], low[i + 1]) <= min(last[i], high[i + 1])):
             if lowest is None:
-                lowest = _corners(p, q, r, reach, high[1:], False)
-            k = i[moves]
-            x1 = np.clip(lowest[k], low[k + 1], high[k + 1])[:, None]
-            value = np.where(down[k], base[k] + slope[k] * x1, 0.0)
-            at_least[moves] = value.max(axis=1)
-        closer = (at_most < high[i]) | (at_least > low[i])
-        i = i[closer]
-        high[i] = np.minimum(high[i], at_most[closer])
-        low[i] = np.maximum(low[i], at_least[closer])
-        none = ~(low[i] <= high[i])
-        k = i[none]
-        stuck[k] |= (low[k] - high[k] > least) | (rest[k] & (low[k] > 0))
-        low[k] = high[k] = np.maximum(high[k], 0.0)
-        i = i[i > 0] - 1
-    most = np.where(q > TINY, r * forth, np.inf)
-    steep = p * forth
-    x = high.copy()
-    i = np.arange(n)
-    while len(i):
-        end = (most[i] + steep[i] * x[i, None]).min(axis=1)
-        less = end < x[i + 1]
-        i = i[less] + 1
-        x[i] = end[less]
-        i = i[i < n]
-    lost = (x < low) | (x <= 0) & (high > 0)
-    lost[-1] = x[-1] < low[-1]
-    part = np.cumsum(rest[:-1]) - 1
-    nodes = []
-    # Backwards the last one is met first, forwards the first one.
-    for k in range(part[-1] + 1):
-        own = np.flatnonzero(part == k)
-        behind = own[stuck[own]]
-        ahead = own[lost[own + 1]]
-        if len(behind) or len(ahead):
-            nodes.append(int(behind[-1] if len(behind) else ahead[0]))
-            x[own] = 0.0
-    return x, nodes
+                lowest = _corners(p, q, r, reach, top[1:], False)
+            x1 = min(max(lowest[i], low[i + 1]), high[i + 1])
+            value = (base[i] + slope[i] * x1)[down[i]]
+            low[i] = max(float(value.max(initial=0.0)), 0.0)
+        if not low[i] <= high[i]:
+            if low[i] - high[i] > least or rest[i] and low[i] > 0:
+                stuck.append(i)
+                i = begins[i]
+            low[i] = high[i] = max(high[i], 0.0)
+    return _forwards(p, q, r, low, high, begins, stuck)
+
+
+def _forwards(p, q, r, low, high, begins, stuck):
+    """Return the largest x from node to node, and the nodes from which none leads on."""
+    n = len(p)
+    x = [high[0]]
+    closed = {begins[i] for i in stuck}
+    with np.errstate(all="ignore"):
+        reach = np.where(q > TINY, -1 / q, 0.0)
+    most = np.where(q > TINY, r * reach, np.inf)
+    steep = p * reach
+    highs = np.array(high)
+    free = ((most + steep * highs[:-1, None]).min(axis=1) >= highs[1:]).tolist()
+    for i in range(n):
+        if begins[i] in closed:
+            x.append(0.0)
+            continue
+        end = high[i + 1]
+        if not (free[i] and x[i] == high[i]):
+            end = min(float((most[i] + steep[i] * x[i]).min()), end)
+        x.append(end)
+        if end < low[i + 1] or (end <= 0 and i < n - 1 and high[i + 1] > 0):
+            stuck.append(i)
+            closed.add(begins[i])
+            x[begins[i] + 1 :] = [0.0] * (i + 1 - begins[i])
+    return np.array(x), stuck
 
 
 def _corners(p, q, r, reach, top, largest):
