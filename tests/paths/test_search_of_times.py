@@ -25,7 +25,7 @@ from tests.paths.test_polygons import CASES
         ("torques", 1e-3, 1450),
         ("accelerations", 1e-3, 1900),
         ("across Type 2", 1e-2, 3600),
-        ("elbows", 0.03, 5800),
+        ("elbows", 0.03, 7300),
         ("along the bars", 1e-3, 700),
     ],
 )
