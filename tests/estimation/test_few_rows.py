@@ -61,6 +61,12 @@ def test_points_that_no_such_robot_reaches_are_asked_about():
         fb.calibrate(JIG, data | {"y": [250.0]}, OFFSETS, sigma=2e-4)
 
 
+def test_a_length_that_one_row_does_not_tell_stays_where_it_was():
+    found = fb.calibrate(JIG, on_the_jig([(0, 0.25)]), (*OFFSETS, "d"), sigma=2e-4)
+    assert list(found.values.values()) == pytest.approx([*TRUE, 0.08], abs=1e-6)
+    assert len(found.indistinguishable) == 1
+
+
 def random_set(seed):
     """Robot, data, unknown, true values and modes of 1 to 5 rows; modes noted or not."""
     rng = np.random.default_rng(seed)

@@ -169,6 +169,11 @@ def calibrate(
         )
     if not length_ok(p):
         p = task.start.copy()
+    # What the rows do not tell stays near the start, which of such angles is where they were found.
+    found_angles = [PLACE[name] for name in task.turned if name not in priors]
+    near = task.start.copy()
+    near[found_angles] = p[found_angles]
+    task = replace(task, start=near)
     assembly, uncertain = assembly_modes(p, task.rows)
     if lost := _names_of(task.rows, assembly == 0):
         raise ValueError(
