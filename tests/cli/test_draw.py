@@ -440,6 +440,7 @@ def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):
     assert main(["track", str(tmp_path / "ms.csv"), "--units", "t=ms"]) == 0
 
 
+@pytest.mark.deep
 def test_a_slow_motion_is_written_only_where_it_is_accepted(drawing, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("fivebar.paths.timing.time_path.SLOW", 0.0)  # each motion counts as slow
     asked = ["draw", drawing, "--out", str(tmp_path / "out"), "--format", "gcode"]

@@ -66,6 +66,7 @@ def test_a_half_plane_and_the_point_beyond_it_are_in_the_measuring_frame(
     assert float(by) == pytest.approx(0.36 - min(x), abs=1e-5)
 
 
+@pytest.mark.deep
 def test_a_map_checks_the_path_of_a_tool_in_the_measuring_frame(robot_file, tmp_path, capsys):
     machine = fb.Machine(fb.FiveBar(), frame=FRAME, tool=TOOL)
     t = np.linspace(0, 1, 9)

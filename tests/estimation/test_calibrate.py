@@ -128,6 +128,7 @@ def test_pixels_of_a_camera_are_metres_of_an_unknown_scale():
     assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in unknown)
 
 
+@pytest.mark.deep
 def test_counts_of_an_encoder():
     rng = np.random.default_rng(10)
     true = twin(rng, LAB, GEOMETRY)

@@ -38,6 +38,7 @@ def test_a_file_of_a_calibration_comes_back(tmp_path):
     assert fb.load_machine(tmp_path / "robot.toml") == found.machine
 
 
+@pytest.mark.deep
 def test_pictures_of_points_of_halves_and_of_distances(tmp_path):
     rng = np.random.default_rng(20)
     true = twin(rng, LAB, GEOMETRY)

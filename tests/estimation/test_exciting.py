@@ -42,6 +42,7 @@ def test_the_same_seed_gives_the_same_motion_and_improving_helps(found):
     assert found.condition < first.condition
 
 
+@pytest.mark.deep
 def test_it_is_simulated_written_and_read(tmp_path, found):
     run = fb.simulate(
         ROBOT,

@@ -177,6 +177,7 @@ LYING = {
 }
 
 
+@pytest.mark.deep
 def test_controllers_of_a_course_in_any_folder(tmp_path, capsys):
     """A package's imports, and flat files as Canvas packs them, beside another hand-in's file."""
     with_script(tmp_path)

@@ -30,6 +30,7 @@ def test_usual_figures_are_those_of_the_regions():
     assert "bars (m): 0.43" in panels[1].get_xlabel()
 
 
+@pytest.mark.deep
 def test_designs_bring_their_task_and_place():
     table, space = (0.06, 0.04), {"l1": (0.08, 0.12), "l2": (0.1, 0.14), "task_y": (0.08, 0.14)}
     best = fb.design("det_A", space, table=table, step=0.01, effort=0.02, poses=(3, 3))

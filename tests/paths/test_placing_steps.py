@@ -87,6 +87,7 @@ def test_holes_bound_the_clearance_of_pages():
     np.testing.assert_array_equal(same, exact)
 
 
+@pytest.mark.deep
 def test_a_path_grows_until_its_margin_is_left(rooms):
     disc = fb.largest_disc(rooms[0].part)
     path = fb.path([(0, 0), (0.01, 0), (0.01, 0.01)])

@@ -454,6 +454,7 @@ def test_the_map_of_a_tool(tmp_path, capsys):
     assert (tmp_path / "map.png").stat().st_size > 10000
 
 
+@pytest.mark.deep
 def test_a_map_of_a_tool_has_the_field_of_its_poses_and_a_page_that_finds_them(tmp_path):
     """What the page computes in a browser is the joint of `MountedTool`."""
     robot, tool = PLOTCLOCK.robot, PLOTCLOCK.tool

@@ -102,6 +102,7 @@ def test_many_runs_keep_the_tool_and_a_summary_refuses_it():
         fb.simulate_many([ROBOT, ROBOT], controller, led, summary=fb.Summary())
 
 
+@pytest.mark.deep
 def test_track_plan_and_certify_lead_the_tool(file, tmp_path, capsys):
     ends = ["--from", "-0.03", "0.14", "--to", "0.04", "0.15", "--duration", "0.5"]
     robot = ["--robot", file]

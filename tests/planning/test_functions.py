@@ -41,6 +41,7 @@ def test_the_users_own_effort_is_the_package_s(degree):
     assert own.aims == ("cost",)
 
 
+@pytest.mark.deep
 def test_a_plan_between_poses_has_own_costs_too():
     poses = [fb.igm(ROBOT, point) for point in (START, GOAL)]
     own = fb.plan(ROBOT, *poses, 0.8, objective=effort)

@@ -82,6 +82,7 @@ def test_what_fails_in_every_way_says_so(tries, failing, words):
     assert len(calls) == max(failing)
 
 
+@pytest.mark.deep
 def test_a_mesh_that_does_not_get_accurate_is_said_between_poses_too(monkeypatch):
     monkeypatch.setattr(planner, "REFINEMENTS", 1)
     ends = [fb.igm(ROBOT, point) for point in (START, GOAL)]

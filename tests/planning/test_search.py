@@ -57,6 +57,7 @@ def test_from_anywhere_to_anywhere(one, other):
     ] == tuple(goal.working)
 
 
+@pytest.mark.deep
 def test_feed_forward_ends_with_the_plan():
     """The torque that brakes at the goal is not held beyond it."""
     plan = fb.plan(ROBOT, inside(1), inside(2), 2.0)
@@ -173,6 +174,7 @@ def test_by_way_of_a_pose_and_in_least_time():
     assert fast.duration < 2.0 and fast.saturated > 0.5
 
 
+@pytest.mark.deep
 def test_a_biglide_changes_its_mode():
     start, goal = (fb.igm(BIGLIDE, (0.02, 0.2), modes) for modes in ((-1, -1), (-1, 1)))
     plan = fb.plan(BIGLIDE, start, goal, 3.0)

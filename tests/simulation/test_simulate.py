@@ -419,6 +419,7 @@ def test_a_run_proves_itself():
         assert np.abs(run.energy_error).max() <= 1e-10 * turned
 
 
+@pytest.mark.deep
 def test_a_plan_of_another_robot_starts_with_its_joints_in_its_assembly_mode():
     first, last = (fb.igm(fb.FiveBar(), (0.0, 0.1), working) for working in ((-1, -1), (-1, 1)))
     plan = fb.plan(fb.FiveBar(), first, last, 2.0)
