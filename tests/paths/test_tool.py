@@ -450,7 +450,7 @@ def test_a_machine_with_a_tool_comes_back(tmp_path):
 @pytest.mark.deep
 def test_the_map_of_a_tool(tmp_path, capsys):
     assert main(["map", "--robot", "plotclock", "--out", str(tmp_path / "map.png")]) == 0
-    assert capsys.readouterr().out.splitlines()[1].split()[:2] == ["1", "++"]
+    assert ["1", "++"] in [line.split()[:2] for line in capsys.readouterr().out.splitlines()]
     assert (tmp_path / "map.png").stat().st_size > 10000
 
 
