@@ -35,11 +35,11 @@ def above_of(mesh, limits):
     """The rows that a motion keeps, and a curve that none is above."""
     speed = np.full(len(mesh), limits.speed or np.inf)
     about = mesh.side, mesh.turns, _directions(len(mesh), None), speed
-    ends = caps(*rows_of(mesh.factors, limits, *about, False))
+    ends, gaps = caps(*rows_of(mesh.factors, limits, *about, False))
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     top[mesh.rest] = 0.0
     length = mesh.stretches.length
-    above = ceiling(*rows_of(mesh.factors, limits, *about, False), length, top)
+    above = ceiling(*rows_of(mesh.factors, limits, *about, False), length, top, gaps)
     return rows_of(mesh.factors, limits, *about, True), above
 
 

@@ -7,8 +7,10 @@ sqrt(X) + c) / a < X_s. So X bounds it, whatever else limits it; where a < 0 the
 backwards from the stretch's end. Here X is a parabola with X_s / 2 = u0 + (u1 - u0) t, the row's
 left side a polynomial of degree 4 in t but for what `bounds` leaves open, and its Bernstein
 coefficients, all kept above 0, prove the sign. Where two rows leave no u at all, x is bounded at
-once (the maximum velocity curve). So every motion has sqrt(x) below the square root of the least of
-these curves, and its time is at least the integral of one over it.
+once (the maximum velocity curve). With friction or motors' lines they may leave u again for a
+larger x. A motion whose x is bounded within such a gap is below the gap. So every motion has
+sqrt(x) below the square root of the least of these curves, and its time is at least the integral of
+one over it.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ STEPS = 12  # of Newton
 NUDGE = 1e-5  # of x, for its slopes
 CLOSE = 1e-8  # of x
 TRIES = 3  # at rows, or until one bounds
-WIDENINGS = 5  # of the range of x and u, in which a parabola is proved
+WIDENINGS = 14  # of the range of x and u, in which a parabola is proved
 
 
 class Ceiling(NamedTuple):
@@ -43,15 +45,19 @@ class Ceiling(NamedTuple):
     stuck: int | None
 
 
-def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
-    """Return the largest x (2, n) with a feasible u at both ends of stretches, < 0 where no x is
-    feasible.
+def caps(rows: ConstraintRows, alone: ConstraintRows) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest x with a feasible u, and the gaps below it.
+
+    The first is (2, n), of both ends of stretches, < 0 where no x is feasible. The second is (2, m,
+    n + 1), of the nodes: between low and high no u is feasible, 0 < low; a node's gaps fall, and
+    the missing ones are nan.
     """
     result = []
+    gaps: list[tuple] = [(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0))]
     # The rows of the tip's acceleration, by themselves, leave a u up to the row of x alone.
     first = np.flatnonzero(~rows.tip)
     with np.errstate(all="ignore"):
-        for at in (0, 2):
+        for end, at in enumerate((0, 2)):
             a, b, v, c = (rows.parts[name][at] for name in PARTS)
             da, db, dv, dc = (
                 rows.slack[name] + 1e-13 * np.abs(value) for name, value in zip(PARTS, (a, b, v, c))
@@ -64,14 +70,22 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
                 V = _without_u(a, da, v, dv, k)
                 Q = -_without_u(a, da, c, dc, k)
                 discriminant = V * V + 4 * P * Q
-                root = (-V + np.sqrt(np.maximum(discriminant, 0.0))) / (2 * P)
+                square_root = np.sqrt(np.maximum(discriminant, 0.0))
+                root = (square_root - V) / (2 * P)
                 convex = P > 0
                 negative = Q < 0
                 none = convex & negative & ((V >= 0) | (discriminant < 0))
                 none |= (P == 0) & (V >= 0) & negative
                 bound = np.where(convex, root * root, np.inf)
                 bound = np.where(none, -1.0, bound)
-                bound = np.where(a[k] * a < 0, bound, np.inf)
+                opposed = a[k] * a < 0
+                if V.any():
+                    gap = opposed & (P < 0) & (V > 0) & (Q > 0) & (discriminant > 0)
+                    low = (2 * Q / (V + square_root)) ** 2 * (1 + MARGIN)
+                    high = ((V + square_root) / (2 * P)) ** 2 * (1 - MARGIN)
+                    gap &= low < high
+                    gaps.append((np.nonzero(gap)[1] + end, low[gap], high[gap]))
+                bound = np.where(opposed, bound, np.inf)
                 best = np.minimum(best, bound.min(axis=0))
             if alone.parts["b"].shape[1]:
                 w = alone.parts["b"][at]
@@ -79,7 +93,25 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
                 bound = np.where(w > 0, limit / w, np.inf)
                 best = np.minimum(best, bound.min(axis=0))
             result.append(best * (1 + MARGIN))
-    return np.array(result)
+    return np.array(result), _of_nodes(gaps, a.shape[1] + 1)
+
+
+def _of_nodes(gaps, count):
+    """Return the table (2, m, count) of pieces (nodes, low, high), of each node highest first."""
+    node, low, high = (np.concatenate(column) for column in zip(*gaps))
+    order = np.lexsort((-low, node))
+    node = node[order]
+    rank = np.arange(len(node)) - np.searchsorted(node, node)
+    table = np.full((2, max(rank, default=-1) + 1, count), np.nan)
+    table[:, rank, node] = low[order], high[order]
+    return table
+
+
+def _below_gaps(x, gaps):
+    """Return the largest x (m,) of a motion that is not above x, where these gaps are."""
+    for low, high in zip(*gaps):
+        x = np.where((low < x) & (x < high), low, x)
+    return x
 
 
 def _without_u(a, da, f, df, k):
@@ -91,17 +123,24 @@ def _without_u(a, da, f, df, k):
 
 
 def ceiling(
-    rows: ConstraintRows, alone: ConstraintRows, length: np.ndarray, top: np.ndarray
+    rows: ConstraintRows,
+    alone: ConstraintRows,
+    length: np.ndarray,
+    top: np.ndarray,
+    gaps: np.ndarray,
 ) -> Ceiling:
-    """Return the Ceiling of n stretches of these lengths, m; at the nodes x <= top (n + 1,)."""
+    """Return the Ceiling of n stretches of these lengths, m.
+
+    At the nodes x <= top (n + 1,), and x is in none of their gaps.
+    """
     n = len(length)
     back = slice(None, None, -1)
     forward = _table(rows)
     backward = _table(rows.turned(np.ones(n, dtype=bool)))[..., back]
-    x, ahead = _swept(top, forward, length)
+    x, ahead = _swept(top, forward, length, gaps)
     stuck = np.flatnonzero(ahead[2] < 0) + 1
     if not len(stuck):
-        x, behind = _swept(x[back], backward, length[back])
+        x, behind = _swept(x[back], backward, length[back], gaps[..., back])
         x = x[back]
         behind = behind[:, back]
         stuck = np.flatnonzero(behind[2] < 0)
@@ -116,7 +155,7 @@ def ceiling(
     return Ceiling(x, time, np.where(size < 0, np.inf, size), None)
 
 
-def _swept(top, table, h):
+def _swept(top, table, h, gaps):
     """Return (x at the nodes (n + 1,), parabolas (3, n) from each to the next); where x is less
     than `top`, no parabola ends above it.
 
@@ -133,6 +172,9 @@ def _swept(top, table, h):
         end = _above(before[:-1], table, h)[2]
         with np.errstate(all="ignore"):
             slope = (end - _above(less[:-1], table, h)[2]) / (before - less)[:-1]
+        below = _below_gaps(end, gaps[..., 1:])
+        slope = np.where(below < end, 0.0, slope)
+        end = below
         x = _recurrence(top, end, np.where(np.isfinite(slope), slope, 0.0), before)
         if np.allclose(x, before, rtol=CLOSE, atol=0.0):
             break
@@ -141,6 +183,7 @@ def _swept(top, table, h):
     while len(moved):
         curves[:, moved] = _above(x[moved], table[..., moved], h[moved])
         end = np.minimum(curves[2, moved], top[moved + 1])
+        end = _below_gaps(end, gaps[..., moved + 1])
         more = end > x[moved + 1]
         moved = moved[more] + 1
         x[moved] = end[more]
@@ -268,7 +311,7 @@ def _parabola(x0, rows, h, guess):
         if not len(left):
             break
         guess = np.copysign(np.maximum(slope, steepest), guess)[more]
-        loose = loose * 8
+        loose = loose * 2
         x0, x1, h = x0[more], end[more], h[more]
         rows = rows[:, more]
     return result

@@ -228,14 +228,14 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     about = mesh.side, mesh.turns, _directions(len(mesh), along)
     speed = np.minimum(mesh.speed, limits.speed or np.inf)
     rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
-    ends = caps(rows, alone)
+    ends, gaps = caps(rows, alone)
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
         raise _no_motion(mesh, int(np.argmin(top)), True)
     rest = mesh.rest
     none = np.zeros(len(mesh))
-    above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
+    above = ceiling(rows, alone, length, np.where(rest, 0.0, top), gaps)
     if above.stuck is not None:
         raise _no_motion(mesh, above.stuck, True)
     # The bounds take as long as three looks.
