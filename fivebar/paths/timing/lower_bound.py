@@ -28,6 +28,7 @@ BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)
 STEPS = 12  # of Newton
 NUDGE = 1e-5  # of x, for its slopes
 CLOSE = 1e-8  # of x
+LOOSE = 1e-6  # of x, which Newton steps may leave above the parabolas
 TRIES = 3  # at rows, or until one bounds
 WIDENINGS = 14  # of the range of x and u, in which a parabola is proved
 
@@ -159,7 +160,8 @@ def _swept(top, table, h, gaps):
     """Return (x at the nodes (n + 1,), parabolas (3, n) from each to the next); where x is less
     than `top`, no parabola ends above it.
 
-    Newton steps on all nodes at once come close; then x is raised wherever it is not proved.
+    Newton steps on all nodes at once come close; then x is raised wherever it is not proved,
+    and let down where it is far above what is.
     """
     n = len(h)
     # Where x is free at first, it is taken to grow as it does from rest.
@@ -184,7 +186,8 @@ def _swept(top, table, h, gaps):
         curves[:, moved] = _above(x[moved], table[..., moved], h[moved])
         end = np.minimum(curves[2, moved], top[moved + 1])
         end = _below_gaps(end, gaps[..., moved + 1])
-        more = end > x[moved + 1]
+        known = x[moved + 1]
+        more = (end > known) | (end < known * (1 - LOOSE))
         moved = moved[more] + 1
         x[moved] = end[more]
         moved = moved[moved < n]
