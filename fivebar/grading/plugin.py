@@ -19,18 +19,18 @@ import numpy as np
 import pytest
 
 from ..models.robots import Robot
-from .advice import Advice
-from .ask import Ask, Wrong
-from .diagnosis import consistent, denied, explains
+from .advice.advice import Advice
 from .exercise import Misconception
-from .following import NEVER, helped, may_help, reached, remark
-from .helpers import wrong_helpers
-from .judge import Verdict
+from .intake.program import Job, Program
+from .intake.students_robots import PUBLIC_SEED
+from .judging.ask import Ask, Wrong
+from .judging.diagnosis import consistent, denied, explains
+from .judging.judge import Verdict
+from .judging.own_helpers import wrong_helpers
+from .judging.results import checked
+from .judging.with_right_ones import NEVER, helped, may_help, reached, remark
 from .labs import Lab
-from .program import Job, Program
 from .report.text import check_lines, number
-from .results import checked
-from .variants import PUBLIC_SEED
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()

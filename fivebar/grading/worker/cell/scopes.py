@@ -27,7 +27,7 @@ class Scope:
     """The names of a function, or of a line that makes an array of the file: arguments in order,
     those to which it gives a value, numbers of the file; all of them; functions of the file with
     their arguments; known: all names with a value; complex_numbers: whether the file computes with
-    them; keys: of its dictionaries.
+    them.
     """
 
     function: ast.FunctionDef | ast.Lambda | ast.Assign
@@ -39,7 +39,6 @@ class Scope:
     functions: dict[str, list[str]]
     known: frozenset[str]
     complex_numbers: bool = False
-    keys: tuple[str, ...] = ()
 
     def like(self, name: str) -> list[str]:
         """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
@@ -77,7 +76,6 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
     every = [node for made in defined.values() for node, _ in made]
     complex_numbers = any("1j" in ast.unparse(node) for node in every)
-    keys = _keys(body)
     waiting, seen = deque([function]), []
     while waiting:
         name = waiting.popleft()
@@ -107,17 +105,7 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             arguments,
             frozenset({*known, *dir(builtins)}),
             complex_numbers,
-            keys,
         )
-
-
-def _keys(body):
-    """Return the words by which parts are taken out of a dictionary, or put into it."""
-    found = set()
-    for part in chain(*map(ast.walk, body)):
-        keys = [part.slice] if isinstance(part, ast.Subscript) else getattr(part, "keys", ())
-        found |= {key.value for key in keys if isinstance(key, ast.Constant)}
-    return tuple(sorted(key for key in found if isinstance(key, str)))
 
 
 def function_of(node: ast.stmt) -> tuple[ast.FunctionDef | ast.Lambda | None, str]:

@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..models.robots import Robot
-from .columns import Columns
-from .exercise import Exercise
-from .following import modelled, some
+from ...models.robots import Robot
+from ..columns import Columns
+from ..exercise import Exercise
+from ..intake.program import Program
+from ..labs import Lab
+from ..values import Unfit, read
+from ..worker.replies import Reply
+from .changing_answers import CHANGES, changing
 from .judge import Verdict, judge
-from .labs import Lab
-from .program import Program
-from .second_look import CHANGES, changing, typed
-from .values import Unfit, read
-from .worker.replies import Reply
+from .with_right_ones import modelled, some
 
 CLOSE = (
     1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
@@ -127,9 +127,7 @@ class Questions:
         known = [np.asarray(column)[asked] for column in rows.columns]
         came = [replies[i] for i in asked]
         found = None
-        if not own and rows.robot.parameters.keys() == self._robot.parameters.keys():
-            found = typed(exercise, rows.robot, self._robot, known, came, rows.tolerance[asked])
-        if found is None and any(reply.kind == "value" for reply in came):
+        if any(reply.kind == "value" for reply in came):
             again = self._replies(exercise.name, rows_from(known), rows.constants, limit)
             found = CHANGES if changing(came, again) else None
         return replace(verdict, diagnosis=found)
@@ -196,7 +194,7 @@ class Questions:
                 return Verdict(0.0, "value")
         good = np.allclose(came, right, rtol=CLOSE, atol=CLOSE)
         changes = bool(np.isfinite(came).all() and np.ptp(came, axis=0).any())
-        return Verdict(float(good), rows=len(rows), related=changes)
+        return Verdict(float(good), rows=len(rows), varies=changes)
 
     def _set_for(self, robot):
         """Return the constants to be set for a robot that is not the student's own."""
