@@ -332,6 +332,10 @@ def named_change(
     """Return the name and the hint of one change; around: what it was worth before and after, and
     what it stands in, from inside to outside.
     """
+    both = change.old, change.new.split(", in ")[0]
+    if {*both} <= {name for name, _ in known.plain}:
+        # In few rows one argument may be another one's opposite.
+        return "{} in place of {}".format(*both), NAMES
     where = ""
     for old, new in around:
         quantity = known.name_of(new)
