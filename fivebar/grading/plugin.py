@@ -75,6 +75,11 @@ def _from_options(config):
     return Checks(program, option.seed)
 
 
+def _diagnosis(error):
+    """Return the mistake that a failed check is known by, None where none is."""
+    return error.verdict.diagnosis if isinstance(error, Wrong) else None
+
+
 class Checks:
     """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's
     own faults.
@@ -162,8 +167,8 @@ class Checks:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))
                 error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
-            elif after > before.share:
-                error = self._told(item, error, called, left)
+            elif after > before.share or before.diagnosis is None and _diagnosis(left):
+                error = self._told(item, error, doubtful or called, left)
         guilty, share = [], before.share if error is not None else 1.0
         for name, helper in helpers.items():
             if name in paid or share == 1:
@@ -227,12 +232,13 @@ class Checks:
         """Return the error of a function that pays for wrong ones that it calls."""
         if not isinstance(error, Wrong):
             return error
-        last = left.verdict.diagnosis if isinstance(left, Wrong) else None
+        last = _diagnosis(left)
         names = " and ".join(wrong)
-        found = consistent(names)
+        verdict = replace(error.verdict, diagnosis=consistent(names))
         if last is not None:
             found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
-        verdict = replace(error.verdict, diagnosis=found)
+            # The mistake gives these answers, not those with the wrong functions.
+            verdict = replace(verdict, diagnosis=found, answers=left.verdict.answers)
         record = item.stash[_ASK].record
         record[-1] = replace(record[-1], verdict=verdict)
         return Wrong(verdict)

@@ -16,6 +16,7 @@ from .derivation import Step, dot, product, right, turned
 BOTH, FIVE_BAR, BIGLIDE = "both", "five-bar", "biglide"
 ORIGIN = "Write down the x of both {base}s. Where is the origin of the frame?"
 LENGTH = "This robot has bars of several lengths. Which of them is it here?"
+SIDES = "Which lengths does your function read when it computes the other leg?"
 MODE = "Does your answer change with the assembly mode?"
 GAMMA = "gamma1 belongs to the left leg, gamma2 to the right one. Change one alone: what changes?"
 UNIT = "A direction times h has length h only if the direction has length 1."
@@ -112,6 +113,13 @@ SLIPS = (
         "absolute rate or acceleration instead of relative",
         RATE,
         {"own_turning": lambda s: 0 * s.turning},
+        legs=True,
+        robots=FIVE_BAR,
+    ),
+    Slip(
+        "share of the {pivots} and rate of the proximal bar forgotten",
+        AWAY,
+        {"own_turning": lambda s: 0 * s.turning, "of_pivot": lambda s: 0 * s.of_tip},
         legs=True,
         robots=FIVE_BAR,
     ),
@@ -359,6 +367,18 @@ SLIPS = (
         robots=FIVE_BAR,
     ),
     Slip("l11 for l12 and l21 for l22", LENGTH, _lengths(l12="l11", l22="l21"), robots=FIVE_BAR),
+    Slip(
+        "the left leg's lengths used for both legs",
+        SIDES,
+        _lengths(l21="l11", l22="l12"),
+        robots=FIVE_BAR,
+    ),
+    Slip(
+        "the right leg's lengths used for both legs",
+        SIDES,
+        _lengths(l11="l21", l12="l22"),
+        robots=FIVE_BAR,
+    ),
     Slip("bars exchanged", LENGTH, _lengths(l1="l2", l2="l1"), robots=BIGLIDE),
     Slip("l1 for both bars", LENGTH, _lengths(l2="l1"), robots=BIGLIDE),
 )
