@@ -7,6 +7,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..judging.questions import AskedRows
 from ..judging.results import Check, checked
 from ..judging.with_right_ones import builds_on
@@ -88,15 +90,25 @@ class Advice:
         named = _are_named(mistakes)
         deep = not named and len(self._in_vain.keys() - {function}) < MOST_IN_VAIN
         before = self._mends_of_helpers(function)
-        mend = find_mend(
-            self._program, self._lab, function, self._asked, self._wrong(), deep, before
-        )
-        if mend is not None:
-            self._mends.append(mend)
-            self._tell(mend, function, self._judge_with(mend))
-            return
+        for asked in self._askings(function):
+            mend = find_mend(self._program, self._lab, function, asked, self._wrong(), deep, before)
+            if mend is not None:
+                self._mends.append(mend)
+                self._tell(mend, function, self._judge_with(mend))
+                return
         if deep:
             self._in_vain[function] = before
+
+    def _askings(self, function):
+        """Yield what was asked, and the same for each robot that a right file may have, too, where
+        its answers are other ones.
+        """
+        yield self._asked
+        for numbers in self._lab.also():
+            others = [_of_another(rows, numbers) for rows in self._asked[function]]
+            if any(others):
+                own = zip(others, self._asked[function])
+                yield self._asked | {function: [other or rows for other, rows in own]}
 
     def _mends_of_helpers(self, function):
         """Return the changes found in helpers that a function may call, the last one first."""
@@ -153,6 +165,14 @@ class Advice:
         check = self._checks.found[place]
         made = checked(check.name, check.title, check.max_points, ask.record, error)
         self._checks.found[place] = made
+
+
+def _of_another(rows, numbers):
+    """Return rows for a robot of other numbers, None where its answers are the same."""
+    robot, exercise = replace(rows.robot, **numbers), rows.exercise
+    outcomes = [exercise.outcome(exercise.answer, r, rows.columns) for r in (rows.robot, robot)]
+    same = rows.constants or np.array_equal(*outcomes, equal_nan=True)
+    return None if same else replace(rows, robot=robot)
 
 
 def _are_named(mistakes):

@@ -83,6 +83,8 @@ def long_formulas(values: Values) -> Iterator[Found]:
 def _of_itself(values):
     """Yield a number, or the old value with another sign, factor, power or term."""
     old, wanted = values.old, values.wanted
+    if values.alike(wanted, 0 * wanted):
+        yield "a term", "0"
     if number := _number(wanted):
         yield "a number", number
     if factor := _number(wanted / old):

@@ -83,6 +83,7 @@ NAMES = "Read each name in your formula: which leg, which bar, which derivative 
 MATRICES = "Solve the equation for what you look for: which matrix is on the other side?"
 ORDER = "In which order are these wanted?"
 SHAPES = "Write the shapes and the meaning of rows and columns beside each matrix."
+PRODUCTS = "What does * do with two arrays, and what does @ do?"
 ATAN = "Some of your angles are off by half a turn. What does y / x forget?"
 ANGLE = "Draw the angle: which side of the triangle is the cosine, which the sine?"
 ARC = "An arc has no sign of its own. Which two numbers tell atan2 the quadrant?"
@@ -117,6 +118,7 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
         "In which order does Python compute your formula? Where do brackets belong?",
     ),
     ("a variable", r"^[\w.]+ => [\w.]+$", "{old} in place of {new}", NAMES),
+    ("a variable", r"=> .* @ ", "a matrix forgotten in a product", SHAPES),
     ("a variable", "", "a wrong name", NAMES),
     (
         "an index",
@@ -130,12 +132,8 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
     ("a transpose", "", "a transpose forgotten or too much", SHAPES),
     ("an inverse", r"=>.*(inv|solve)\(", "an inverse forgotten", MATRICES),
     ("an inverse", "", "a wrong inverse", MATRICES),
-    (
-        "a matrix product",
-        "",
-        "* and @ confused, or a matrix forgotten in a product",
-        "What does * do with two arrays, and what does @ do?",
-    ),
+    ("a matrix product", r"=> .* @ ", "element by element in place of a matrix product", PRODUCTS),
+    ("a matrix product", "", "a matrix product in place of element by element", PRODUCTS),
     (
         "a comparison",
         r"=> .* \* .* < 0$",
@@ -201,6 +199,9 @@ ALONE = (
     Relation("{Q} half as large", UNITS, lambda old, new: (2 * old, new)),
 )
 WITH_ANOTHER = (
+    Relation(
+        "{P} too much in {Q}", TERMS, lambda old, new, p: (old, p if not new.any() else p + np.nan)
+    ),
     Relation("{P} forgotten in {Q}", TERMS, lambda old, new, p: (new - old, p)),
     Relation("{P} forgotten in {Q}", TERMS, lambda old, new, p: (old - new, p)),
     Relation("the sign of {P} in {Q}", SIGNS, lambda old, new, p: (new - old, 2 * p)),
@@ -209,6 +210,7 @@ WITH_ANOTHER = (
     Relation("factor {P} too much in {Q}", UNITS, lambda old, new, p: (old, new * p)),
     Relation("{P} in place of {Q}", NAMES, lambda old, new, p: (old, p)),
 )
+ADDED = WITH_ANOTHER[:-1]  # what can be told of a value without a name
 
 
 class Quantities:
@@ -355,14 +357,12 @@ def _related(old, new, quantity, others):
             if _alike(*relation.holds(old, new)):
                 return relation.name.format(Q=quantity), relation.hint
         for name, value in others:
-            for relation in WITH_ANOTHER:
+            for relation in WITH_ANOTHER if quantity else ADDED:
                 if name != quantity and value.shape[1] in (1, old.shape[1]):
                     a, b = np.broadcast_arrays(*relation.holds(old, new, value))
                     if _alike(a, b) and np.ptp(a, axis=0).max() > CLOSE * np.abs(a).max():
                         text = relation.name.format(P=name, Q=quantity)
-                        return text.removesuffix(" in ").removesuffix(
-                            " in place of "
-                        ), relation.hint
+                        return text.removesuffix(" in "), relation.hint
     return None
 
 

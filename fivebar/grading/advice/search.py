@@ -405,7 +405,7 @@ def _answerable(rows, questions):
     asked = [rows]
     if not rows.constants:
         for longer in (False, True):
-            robot, constants = questions.with_others(longer)
+            robot, constants = questions.with_others(longer, rows.robot)
             moved = moving(rows, robot) if longer else rows
             asked.append(replace(moved, robot=robot, constants=constants))
     for each in asked:

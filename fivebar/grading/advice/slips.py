@@ -107,6 +107,8 @@ SLIPS = (
         POWER,
         {"c": lambda s: product(turned(s.J), product(s.M, product(s.J, s.d)))},
     ),
+    Slip("mass forgotten in M", ENERGY, {"M": lambda s: s.Z + turned(s.J) @ s.J}),
+    Slip("mass forgotten in c", POWER, {"c": lambda s: right("c", s) / s.robot.m}),
     Slip("{inertias} forgotten in M", ENERGY, {"Z": lambda s: 0 * right("Z", s)}),
     # passive rates and accelerations
     Slip(
@@ -143,7 +145,6 @@ SLIPS = (
     ),
     Slip("other assembly mode", MODE, {"mode": lambda s: -right("mode", s)}),
     Slip("assembly mode never used", MODE, {"mode": lambda s: -1}),
-    Slip("assembly mode always +1", MODE, {"mode": lambda s: 1}),
     Slip(
         "stops at H", "How far is your point from either of the {pivots}?", {"h": lambda s: 0 * s.a}
     ),
@@ -161,13 +162,6 @@ SLIPS = (
     Slip("{base} forgotten", ORIGIN, _base(0), legs=True),
     Slip("sign of the {base}'s x", ORIGIN, _base(-1), legs=True),
     Slip("d instead of d/2", "How far is one {base} from the middle?", _base(2), legs=True),
-    Slip(
-        "sine and cosine exchanged in the proximal bar",
-        "The bar at angle 0 points along x: what does yours?",
-        {"crank": lambda s: 1j * right("crank", s).conj()},
-        legs=True,
-        robots=FIVE_BAR,
-    ),
     Slip(
         "the left leg's mode, gamma1, used for both legs",
         GAMMA,
@@ -309,16 +303,10 @@ SLIPS = (
     Slip(
         "B full instead of diagonal",
         "Does the left leg's equation hold the right motor's rate?",
-        {"B": lambda s: s.b_ii[..., None] * np.ones((2, 2))},
+        {"B": lambda s: s.b_ii[:, None] * np.ones((2, 2))},
     ),
     # d
     Slip("d forgotten", SPEED, {"d": lambda s: 0 * s.far}),
-    Slip(
-        "rates not squared in d",
-        "Which unit has a length times a rate? An acceleration is asked.",
-        {"near": lambda s: s.proximal * s.rates * dot(s.u2, s.u1), "square": lambda s: s.rate},
-        robots=FIVE_BAR,
-    ),
     Slip("q11' where q11' + q12' belongs", RATE, {"rate": lambda s: s.rates}, legs=True),
     Slip(
         "q12' where q11' + q12' belongs",
@@ -355,30 +343,18 @@ SLIPS = (
     ),
     # lengths
     Slip(
-        "one length for all bars",
-        LENGTH,
-        _lengths(l12="l11", l21="l11", l22="l11"),
-        robots=FIVE_BAR,
-    ),
-    Slip(
-        "proximal and distal bars exchanged",
-        LENGTH,
-        _lengths(l11="l12", l12="l11", l21="l22", l22="l21"),
-        robots=FIVE_BAR,
-    ),
-    Slip("l11 for l12 and l21 for l22", LENGTH, _lengths(l12="l11", l22="l21"), robots=FIVE_BAR),
-    Slip(
         "the left leg's lengths used for both legs",
         SIDES,
         _lengths(l21="l11", l22="l12"),
         robots=FIVE_BAR,
     ),
     Slip(
-        "the right leg's lengths used for both legs",
-        SIDES,
-        _lengths(l11="l21", l12="l22"),
+        "one length for all bars",
+        LENGTH,
+        _lengths(l12="l11", l21="l11", l22="l11"),
         robots=FIVE_BAR,
     ),
+    Slip("l11 for l12 and l21 for l22", LENGTH, _lengths(l12="l11", l22="l21"), robots=FIVE_BAR),
     Slip("bars exchanged", LENGTH, _lengths(l1="l2", l2="l1"), robots=BIGLIDE),
     Slip("l1 for both bars", LENGTH, _lengths(l2="l1"), robots=BIGLIDE),
 )

@@ -146,18 +146,19 @@ class Questions:
         replies = self._replies(exercise.name, rows_from(columns), wanted, limit)
         return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse).diagnosis
 
-    def with_others(self, longer=False):
+    def with_others(self, longer=False, robot=None):
         """Return the robot with other masses and inertias, or longer bars and its bases farther
         apart as well, and the file's constants for it: those that it gives a number.
         """
+        robot = robot or self._robot
         constants, own = self._constants or {key: (key,) for key in self._robot.parameters}, {}
         for name in [key for key in constants if key in self._program.student.constants]:
             first = constants[name][0]
             if longer or first[0] not in "ld":
                 factor = (1.3 + 0.1 * len(own)) * (2 if first[0] == "l" else 1)
-                own[name] = factor * getattr(self._robot, first)
+                own[name] = factor * getattr(robot, first)
         changed = {key: value for name, value in own.items() for key in constants[name]}
-        return replace(self._robot, **changed), own
+        return replace(robot, **changed), own
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
         """Return those of these functions that answer the rows wrongly, each with its mistake; none

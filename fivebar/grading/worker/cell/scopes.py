@@ -19,6 +19,7 @@ MOST_OF_ARRAY = 200  # nodes of a vector or a matrix: what is larger are data
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
 DEPTH = 3  # of objects that hold objects
 MOST_TEXT = 120  # characters quoted: what is told can be carried out
+REWRITES: list[Callable[[ast.Module], ast.Module]] = []  # of this process's file
 _LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 
 
@@ -202,15 +203,19 @@ def exchanged(body: list[ast.stmt], swaps: dict[int, Any]) -> list[ast.stmt]:
 
 
 def compiled(body: list[ast.stmt], scopes: list[Scope], put: Callable) -> dict[str, Any]:
-    """Return the code of the statements that hold these functions, rebuilt, by name."""
+    """Return the code of the statements that hold these functions, rebuilt, by name; as the file
+    itself, with what REWRITES says.
+    """
     inside = {id(scope.function) for scope in scopes}
     code = {}
     for node in body:
         if any(id(part) in inside for part in ast.walk(node)):
-            made = ast.fix_missing_locations(rebuilt(node, put))
+            made = ast.Module([rebuilt(node, put)], [])
+            for rewrite in REWRITES:
+                made = rewrite(made)
             name = getattr(node, "name", "") or function_of(node)[1] or _target(node)
             with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
-                code[name] = compile(ast.Module([made], []), "<changed>", "exec")
+                code[name] = compile(ast.fix_missing_locations(made), "<changed>", "exec")
     return code
 
 
