@@ -48,6 +48,7 @@ QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
     "the rate of the {leg}distal bar": "rate",
     "the squared rate of the {leg}distal bar": "square",
     "M": "M",
+    "the inverse of M": lambda s: inverse(s.M),
     "the inertias": lambda s: s.Z + 0 * s.J,
     "c": "c",
     "A^-1 d": lambda s: (inverse(s.A) @ s.d[..., None])[..., 0],
@@ -118,6 +119,7 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
         "In which order does Python compute your formula? Where do brackets belong?",
     ),
     ("a variable", r"^[\w.]+ => [\w.]+$", "{old} in place of {new}", NAMES),
+    ("a variable", r"=> .*(inv|solve)\(", "the wrong matrix inverted", MATRICES),
     ("a variable", r"=> .* @ ", "a matrix forgotten in a product", SHAPES),
     ("a variable", "", "a wrong name", NAMES),
     (
@@ -179,9 +181,6 @@ def _quarter(numbers):
 ALONE = (
     Relation("the sign of {Q}", SIGNS, lambda old, new: (old, -new)),
     Relation("{Q} transposed", SHAPES, lambda old, new: (turned(_matrices(old)), _matrices(new))),
-    Relation(
-        "{Q} not inverted", MATRICES, lambda old, new: (inverse(_matrices(old)), _matrices(new))
-    ),
     Relation(
         "a quarter turn missing in {Q}",
         DRAWN,
