@@ -428,8 +428,8 @@ def test_settings_are_offered_and_none_is_set_by_that(course, tmp_path):
     course()
     path = tmp_path / "out" / "course.toml"
     assert read_settings(tmp_path / "out") == read_settings(tmp_path / "nowhere")
-    uncommented = path.read_text("utf-8").replace("\n# ", "\n").replace("Only", "# Only")
-    written(path, uncommented.replace("amoro", "elbow").replace("sympy", "scipy"))
+    shown = path.read_text("utf-8").split("\n\n", 1)[1].replace("sympy", "scipy")
+    written(path, f"\n{shown}".replace("\n# ", "\n").replace("Only", "# Only"))
     found = read_settings(tmp_path / "out")
     assert found.due == datetime.datetime(2027, 1, 31, 18) and found.points["elbow"]
 

@@ -118,6 +118,14 @@ def test_a_name_comes_before_a_number_that_it_may_have():
     assert next(formulas(Values(here["m"], here["n"], here))) == ("a variable", "n")
 
 
+def test_where_nothing_can_be_divided_by_products_are_looked_for_all_the_same():
+    known = {"q11D": samples(5)["a"]}
+    values = Values(
+        samples(5)["b"], samples(5)["w"], known, slopes=np.tile([[1.0], [0.0]], (4, 1, 1))
+    )
+    assert list(long_formulas(values)) == []
+
+
 def test_nobody_forgets_to_divide_by_a_rate():
     here = samples(12)
     values = Values(here["a"], here["a"] / here["w"], {"wD": here["w"]})

@@ -155,6 +155,8 @@ def _with_products(values, count, most):
             divisors = every[:, [split]]
             once = np.sum(every == divisors, axis=1) == 1  # others would cancel it
             picked = every[below[divisors[:, 0]] & once]
+        if not len(picked):
+            continue
         products = np.prod(table[picked], axis=1)
         if split is not None:
             products = products / table[picked[:, split]] ** 2
