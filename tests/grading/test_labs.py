@@ -81,8 +81,10 @@ MISTAKES = [(lab, *mistake) for lab in FOLDERS for mistake in mistakes(lab)]
 )
 def test_each_mistake_is_named_by_the_change_that_undoes_it(lab, function, name, source, tmp_path):
     case = HandIn(lab, "", "utf-8", name, source, {})
-    checks = [check for check in graded(case, tmp_path).checks if check.function == function]
-    assert any(check.misconception or check.spot for check in checks if check.share < 1)
+    wrong = [check for check in graded(case, tmp_path).checks if check.share < 1]
+    # Where a helper is wrong, another function that calls it may pay.
+    payers = [check for check in wrong if check.function == function] or wrong
+    assert any(check.misconception or check.spot for check in payers)
 
 
 @pytest.mark.parametrize("lab", FOLDERS)

@@ -248,12 +248,13 @@ class Quantities:
         """Yield what may be forgotten, or stand in the place of something else: a length or a mass
         only where the change has a name more, or one less.
         """
-        yield from self.plain
-        yield from self.named
         new = change.new.split(", in ")[0]
         words = [{*_WORD.findall(text)} for text in (change.old, new)]
-        if words[0] != words[1]:
-            yield from self.lengths_and_masses
+        if changed := words[0] ^ words[1]:
+            # Of equal lengths, the one that the change speaks of.
+            yield from sorted(self.lengths_and_masses, key=lambda pair: pair[0] not in changed)
+        yield from self.plain
+        yield from self.named
 
 
 def _with_parts(name, value):

@@ -102,11 +102,7 @@ SLIPS = (
         POWER,
         {"c": lambda s: s.robot.m * product(turned(s.J), product(s.J, s.d))},
     ),
-    Slip(
-        "c with J^T M J d",
-        POWER,
-        {"c": lambda s: product(turned(s.J), product(s.M, product(s.J, s.d)))},
-    ),
+    Slip("c without A^-1", POWER, {"c": lambda s: s.robot.m * product(turned(s.J), s.d)}),
     Slip("mass forgotten in M", ENERGY, {"M": lambda s: s.Z + turned(s.J) @ s.J}),
     Slip("mass forgotten in c", POWER, {"c": lambda s: right("c", s) / s.robot.m}),
     Slip("{inertias} forgotten in M", ENERGY, {"Z": lambda s: 0 * right("Z", s)}),
