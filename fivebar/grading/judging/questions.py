@@ -152,7 +152,10 @@ class Questions:
         """
         robot = robot or self._robot
         constants, own = self._constants or {key: (key,) for key in self._robot.parameters}, {}
-        for name in [key for key in constants if key in self._program.student.constants]:
+        names = [key for key in constants if key in self._program.student.constants]
+        # Between bases farther apart, short bars do not meet.
+        longer = longer and any(constants[name][0][0] == "l" for name in names)
+        for name in names:
             first = constants[name][0]
             if longer or first[0] not in "ld":
                 factor = (1.3 + 0.1 * len(own)) * (2 if first[0] == "l" else 1)
