@@ -296,11 +296,6 @@ SLIPS = (
         "The first row belongs to the left leg.",
         {"b_ii": lambda s: right("b_ii", s)[:, ::-1]},
     ),
-    Slip(
-        "B full instead of diagonal",
-        "Does the left leg's equation hold the right motor's rate?",
-        {"B": lambda s: s.b_ii[:, None] * np.ones((2, 2))},
-    ),
     # d
     Slip("d forgotten", SPEED, {"d": lambda s: 0 * s.far}),
     Slip("q11' where q11' + q12' belongs", RATE, {"rate": lambda s: s.rates}, legs=True),
@@ -351,6 +346,12 @@ SLIPS = (
         robots=FIVE_BAR,
     ),
     Slip("l11 for l12 and l21 for l22", LENGTH, _lengths(l12="l11", l22="l21"), robots=FIVE_BAR),
+    Slip(
+        "masses of the feet and of the end-effector exchanged",
+        ENERGY,
+        _lengths(mf1="m", mf2="m", m="mf1"),
+        robots=BIGLIDE,
+    ),
     Slip("bars exchanged", LENGTH, _lengths(l1="l2", l2="l1"), robots=BIGLIDE),
     Slip("l1 for both bars", LENGTH, _lengths(l2="l1"), robots=BIGLIDE),
 )
