@@ -85,7 +85,7 @@ class BarCoordinates:
         return np.array([slides, 1.0, slides, 1.0])
 
     def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
-        components = [motion[..., k] for k in range(12)]
+        components = tuple(motion[..., k] for k in range(12))
         return bar_accelerations(robot, components[:4], components[4:8], components[8:])
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
@@ -102,7 +102,7 @@ class BarCoordinates:
 
     def point(self, program: NonlinearProgram, c: list, control: ca.SX) -> tuple:
         robot = program.problem.model
-        acc = bar_accelerations(robot, *(ca.vertsplit(value) for value in c))
+        acc = bar_accelerations(robot, *(tuple(ca.vertsplit(value)) for value in c))
         tau = program.torque * control
         right = ca.vertcat(*BarAngles().accelerations(forward_dynamics(acc.rates, tau)))
         unit = program.time**2 / ca.DM(self.units(program.problem))

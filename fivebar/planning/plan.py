@@ -195,12 +195,8 @@ def plan(
             for stops, paths, _ in ways
         ]
         refuse_massless(problems[0][0])
-
-        def is_over():
-            return time.thread_time() - began[1] > collocation.max_time
-
+        is_over = partial(_is_over, collocation, began)
         starts, swings = starts_between(problems, collocation.intervals, is_over)
-
         return _best(starts, collocation, began, len(ways), swings)
     refuse_singular_everywhere(robot, working, "plan")
     stops = checked_stops(point_of(start), point_of(goal), duration, via)
@@ -226,9 +222,8 @@ def _best(starts, collocation, began, ways=1, swings=0):
     """
     plans = []
     failures = []
-    cut = False
     rest = list(starts)
-    while rest and not cut and len(failures) < FAILURES:
+    while rest and len(failures) < FAILURES:
         costs = [plan.objective for plan in plans]
         if plans and (len(plans) == PLANS or rest[0].cost > CLOSE * min(costs)):
             break
@@ -237,14 +232,14 @@ def _best(starts, collocation, began, ways=1, swings=0):
             plans.append(refined(start, collocation, began))
         except PlanError as error:
             failures.append(error)
-            cut = time.thread_time() - began[1] > collocation.max_time
+            if _is_over(collocation, began):
+                break
     if not plans:
         raise failures[0]
     plans.sort(key=lambda plan: plan.objective)
     rest = [start for start in rest if start.cost < math.inf]
     costs = [plan.objective for plan in plans[1:]] + [start.cost for start in rest]
-    cut = time.thread_time() - began[1] > collocation.max_time
-    tried = Tried(ways, swings, min(costs, default=None), cut)
+    tried = Tried(ways, swings, min(costs, default=None), _is_over(collocation, began))
     seconds = time.perf_counter() - began[0]
     others = *plans[1:], *(partial(refined, start, collocation) for start in rest[:PLANS])
     return replace(plans[0], tried=tried, others=others, solve_time=seconds)
@@ -267,6 +262,10 @@ def refined(
 
 def _now():
     return time.perf_counter(), time.thread_time()
+
+
+def _is_over(collocation, began):
+    return time.thread_time() - began[1] > collocation.max_time
 
 
 class _PlanSearch:
@@ -338,7 +337,7 @@ class _PlanSearch:
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
     def solve(self, mesh, durations, guess, elastic=False, iterations=None, near=0.0):
-        left = self.collocation.max_time - self.worked
+        left = self.collocation.max_time - (time.thread_time() - self.began[1])
         found = solve(self.problem, mesh, durations, guess, left, elastic, iterations, near)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
@@ -347,12 +346,10 @@ class _PlanSearch:
         plan = replace(plan, meshes=tuple(self.meshes), solve_time=seconds)
         if found.solved and not elastic:
             self.best = plan
-        if self.worked > self.collocation.max_time:
+        if _is_over(self.collocation, self.began):
             reason = f"no solution within max_time = {self.collocation.max_time:g} s"
             raise self.failure(self.best or plan, reason, found.status)
         return found, plan
-
-    worked = property(lambda self: time.thread_time() - self.began[1])
 
     def recover(self, mesh, failed, plan):
         """Begin afresh; else meet the limits as well as can be, and try again from there."""

@@ -166,12 +166,12 @@ class Problem:
             kept["det_A"] = det_A - limits.det_A
         shares = {}
         if limits.torque is not None:
-            shares["torque"] = tau / ca.DM(limits.torque)
+            shares["torque"] = tau / ca.DM(np.asarray(limits.torque))
         if limits.motors is not None:
             stall, speed = at_joints(limits.motors)
             shares["motors"] = tau / ca.DM(stall) + q_dot / ca.DM(speed)
         if limits.joint_speed is not None:
-            shares["joint_speed"] = q_dot / ca.DM(limits.joint_speed)
+            shares["joint_speed"] = q_dot / ca.DM(np.asarray(limits.joint_speed))
         for name, share in shares.items():
             kept[name] = ca.vertcat(1 - share, 1 + share)
         if limits.acceleration is not None:

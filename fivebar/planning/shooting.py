@@ -8,6 +8,7 @@ loop's surface the state has four directions, so that a step of all motions take
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import casadi as ca
 import numpy as np
@@ -49,7 +50,7 @@ class Shooting:
         torques = ca.SX.sym("torques", 2)
         h = ca.SX.sym("h")
         t = ca.SX.sym("t")
-        bars, rates = ca.vertsplit(x[:4]), ca.vertsplit(x[4:])
+        bars, rates = tuple(ca.vertsplit(x[:4])), tuple(ca.vertsplit(x[4:]))
         motion = forward_dynamics(bars_rates(robot, bars, rates), torques)
         bends = ca.vertcat(*BarAngles().accelerations(motion))
         both = ca.vertcat(x, torques)
@@ -261,7 +262,8 @@ class Motions:
     def together(cls, batches: list[Motions]) -> Motions:
         """Return the motions of batches with the same stops as one."""
         columns = zip(*((each.x, each.torques, each.times) for each in batches))
-        return cls(batches[0].shooting, *map(np.concatenate, columns), batches[0].stops)
+        x, torques, times = map(np.concatenate, columns)
+        return cls(batches[0].shooting, x, torques, times, batches[0].stops)
 
     def _merit(self, values, gaps):
         cost = values[3] / self.shooting.unit + BROKEN * values[4]
@@ -378,9 +380,9 @@ class Motions:
         self.next = found
         return _times(tangent, bend), move, forces
 
-    def of(self, which: np.ndarray, count: int) -> Motions:
+    def of(self, which: Iterable[int], count: int) -> Motions:
         """Return some of the motions on `count` intervals, shorter where they are faster."""
-        x, torques, times, stops = [], [], [], []
+        chosen = []
         share = np.diff(self.stops) / self.stops[-1]
         sizes = np.maximum(np.round(count * share).astype(int), 2)
         stops = np.append(0, np.cumsum(sizes))
@@ -389,22 +391,22 @@ class Motions:
             rates = np.abs(self.x[k, :, 4:] / self.shooting.units[:4]).max(axis=1)
             density = 1 / np.diff(t[self.stops]).min() * 10 + (rates[1:] + rates[:-1]) / 2
             along = np.append(0.0, np.cumsum(density * self.h[k]))
-            new = [np.zeros(1)]
+            parts = [np.zeros(1)]
             for first, last, size in zip(self.stops, self.stops[1:], sizes):
                 even = np.linspace(along[first], along[last], size + 1)[1:]
-                new.append(np.interp(even, along, t))
-            new = np.concatenate(new)
+                parts.append(np.interp(even, along, t))
+            new = np.concatenate(parts)
             new[stops] = t[self.stops]
             bars = spline(t, self.x[k])
-            x.append(np.concatenate([bars(new), bars.derivative()(new)], axis=1))
-            x[-1][stops] = self.x[k, self.stops]
+            x = np.concatenate([bars(new), bars.derivative()(new)], axis=1)
+            x[stops] = self.x[k, self.stops]
             work = np.concatenate(
                 [np.zeros((1, 2)), np.cumsum(self.h[k, :, None] * self.torques[k], 0)]
             )
             mean = [np.diff(np.interp(new, t, column)) / np.diff(new) for column in work.T]
-            torques.append(np.stack(mean, axis=1))
-            times.append(new)
-        return Motions(self.shooting, *map(np.array, (x, torques, times)), stops)
+            chosen.append((x, np.stack(mean, axis=1), new))
+        x, torques, times = map(np.array, zip(*chosen))
+        return Motions(self.shooting, x, torques, times, stops)
 
 
 def _times(matrices, vectors):
