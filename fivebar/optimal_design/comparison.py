@@ -105,9 +105,13 @@ class DesignComparison(Plotted):
     task: Task
     notes: tuple[str, ...]
 
+    def words(self, name: str, figure: Figure) -> str:
+        """Return a design's figure as the table and the picture show it, "-" where it is nan."""
+        value = self.figures[name][figure.name]
+        return "-" if np.isnan(value) else f"{value:.4g}"
+
     def __str__(self) -> str:
         lines = [["", *self.robots]]
         for figure in self.of:
-            values = (own[figure.name] for own in self.figures.values())
-            lines.append([figure.label, *("-" if np.isnan(v) else f"{v:.4g}" for v in values)])
+            lines.append([figure.label, *(self.words(name, figure) for name in self.robots)])
         return "\n".join([*aligned(lines, 1), *self.notes])

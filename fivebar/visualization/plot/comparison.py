@@ -62,7 +62,7 @@ def draw_designs(compared: DesignComparison, field: str = "parallel") -> Figure:
     figure, panels = new_panels(None, len(robots), 3, 4.4, height)
     for axes, (name, robot) in zip(panels, robots.items()):
         draw_map(singularity_map(robot, field, window=window), modes=modes, axes=axes)
-        lines = (f"{of.label}: {compared.figures[name][of.name]:.4g}" for of in compared.of)
+        lines = (f"{of.label}: {compared.words(name, of)}" for of in compared.of)
         axes.set_title(name)
         axes.set_xlabel("\n".join(["x (mm)", *lines]))
     return figure

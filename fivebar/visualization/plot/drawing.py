@@ -13,7 +13,7 @@ from ...models.geometry import igm
 from ...paths.placement import Placement
 from ..skeleton import pose_body
 from ..style import INK, REFERENCE, readable, signs
-from .panels import PALETTES, draw_loci_of, draw_points, draw_robot, new_figure, new_panels, plane
+from .panels import PALETTES, draw_loci_of, draw_points, draw_robot, given_panels, new_figure, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,7 +91,7 @@ def drawing(
     high = high + pad
     if axes is None:
         axes = _new_panels(high - low, bool(len(drawn)))
-    figure, (left, top, *others) = new_panels(axes, 2 + bool(len(drawn)), 0, 0, 0)
+    figure, (left, top, *others) = given_panels(axes, 2 + bool(len(drawn)))
     _robot(left, robot, working, strokes, tool, frame)
     for stroke in desired:
         draw_points(top, "path.desired", stroke)

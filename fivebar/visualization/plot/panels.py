@@ -99,10 +99,7 @@ def new_panels(
     ones in rows of `columns`, each so wide and high in inches.
     """
     if axes is not None:
-        panels = np.ravel(axes)
-        if len(panels) != count:
-            raise ValueError(f"axes: {len(panels)} of them for {count} panels")
-        return panels[0].figure, panels
+        return given_panels(axes, count)
     columns = min(columns, count)
     rows = -(-count // columns)
     figure = new_figure(width * columns + 0.5, height * rows + 0.5)
@@ -110,6 +107,14 @@ def new_panels(
     for unused in panels[count:]:
         unused.remove()
     return figure, panels[:count]
+
+
+def given_panels(axes: Any, count: int) -> tuple[Figure, np.ndarray]:
+    """Return the figure of axes and these as panels, (count,)."""
+    panels = np.ravel(axes)
+    if len(panels) != count:
+        raise ValueError(f"axes: {len(panels)} of them for {count} panels")
+    return panels[0].figure, panels
 
 
 def finish(axes: Axes, columns: int, **words) -> None:
