@@ -143,7 +143,7 @@ def _map(arguments):
         print_json({"frame": arguments.frame} | result)
         return
     print_table(arguments.frame_row)
-    print_table(in_robot_frame(machine, *used_options(arguments, "data", "page")))
+    print_table(in_robot_frame(machine, *used_options(arguments, "data", "page").values()))
     if parts is None:
         print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
     else:
