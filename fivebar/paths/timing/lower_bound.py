@@ -94,10 +94,10 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> tuple[np.ndarray, np.nd
                 bound = np.where(w > 0, limit / w, np.inf)
                 best = np.minimum(best, bound.min(axis=0))
             result.append(best * (1 + MARGIN))
-    return np.array(result), _of_nodes(gaps, a.shape[1] + 1)
+    return np.array(result), _gap_table(gaps, a.shape[1] + 1)
 
 
-def _of_nodes(gaps, count):
+def _gap_table(gaps, count):
     """Return the table (2, m, count) of pieces (nodes, low, high), of each node highest first."""
     node, low, high = (np.concatenate(column) for column in zip(*gaps))
     order = np.lexsort((-low, node))
