@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar.base import columns
-from fivebar.base.columns import TIME, Quantity
+from fivebar.base.headings import TIME, Quantity
 from fivebar.base.units import METRES, RADIANS
 
 PATH = {

@@ -10,47 +10,32 @@ import csv
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
 from .backend import HUGE, real_numbers
 from .checks import shown
+from .headings import (
+    Quantity,
+    called_column,
+    headings_by_name,
+    how_to_name,
+    matched,
+    missing_of,
+    names_of,
+    plain,
+    units_by_name,
+    units_named,
+)
 from .tables import TextFile, arrays_in, whole_text
-from .units import SECONDS, unaccented, unit_named
+from .units import SECONDS, unit_named
 
 EPOCH = 5e8  # s since 1970, in 1985: later times are dates
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
-# How the caller names a column: its heading, the place in its lists, and its unit.
-_CALLED = re.compile(r"(.*?)\s*(?:\[(\d+)\])?\s*(?:[(\[{<]\s*(\D.*?|)\s*[)\]}>])?")
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A column that is looked for.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Headings besides the column's own name; case, spaces, dots and accents do not count.
-    units : mapping
-        {unit: its size in SI units}; the first is the SI unit.
-    needed : bool
-        Whether a table without it is refused.
-    """
-
-    names: tuple[str, ...]
-    units: Mapping[str, float]
-    needed: bool = True
-
-
-TIME = Quantity(
-    ("time", "times", "timestamp", "stamp", "seconds", "temps", "zeit", "tiempo", "tempo"), SECONDS
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +108,7 @@ def read(
     TypeError
         The source is none of these.
     """
-    named_units = _units_by_name(units_named(units, "units"), wanted)
+    named_units = units_by_name(units_named(units, "units"), wanted)
     calls = headings_by_name(columns, wanted)
     if isinstance(source, Mapping):
         return _from_arrays(source, wanted, named_units, name, calls)
@@ -137,90 +122,15 @@ def read(
     return _from_text(source, wanted, named_units, calls)
 
 
-def units_named(value: Any, name: str) -> Mapping[str, str] | tuple[str, ...]:
-    """Rule: what `read` takes as units or columns; one word alone is one unit."""
-    if value is None or isinstance(value, str):
-        return (value,) if value else ()
-    words: Iterable = ()
-    if isinstance(value, Mapping):
-        words = [*value, *value.values()]
-    elif isinstance(value, Sequence) and not isinstance(value, bytes):
-        words = value = tuple(value)
-    else:
-        words = (None,)
-    if not all(isinstance(word, str) for word in words):
-        raise TypeError(
-            f"{name} must be words, as mm or t=ms, or a mapping of words, not {shown(value)}"
-        )
-    return value
-
-
-def _units_by_name(units, wanted):
-    """Return {name: unit} of what the caller says besides the table."""
-    if isinstance(units, Mapping):
-        pairs = list(units.items())
-    else:
-        pairs = [word.rpartition("=")[::2] for word in units]
-    result = {}
-    for key, word in pairs:
-        unit = unit_named(word)
-        fitting = [k for k in wanted if unit in wanted[k].units and key in ("", k)]
-        if not fitting:
-            known = dict.fromkeys(u for quantity in wanted.values() for u in quantity.units)
-            if key in wanted:
-                known = wanted[key].units
-            what = f"{key}={word}" if key else word
-            raise ValueError(
-                f"units: {what}: known are {', '.join(known)}, of the columns {', '.join(wanted)}"
-            )
-        result |= dict.fromkeys(fitting, unit)
-    return result
-
-
-def headings_by_name(
-    columns: Mapping[str, str] | Sequence[str] | None, wanted: Iterable[str]
-) -> dict[str, str]:
-    """Return {name: heading} of what the caller says about columns, the names among the wanted."""
-    columns = units_named(columns, "columns")
-    pairs = columns.items() if isinstance(columns, Mapping) else map(_halves, columns)
-    calls = dict(pairs)
-    for key, heading in calls.items():
-        if key not in wanted or not heading:
-            known = ", ".join(wanted)
-            raise ValueError(f"columns: {key}={heading} must be NAME=HEADING, NAME one of {known}")
-    return calls
-
-
-def _halves(word):
-    return word.partition("=")[::2]
-
-
-def _called(call, headings, where):
-    """Return the place of the heading that the caller names, the place in its lists or None, and
-    its unit.
-    """
-    name, index, unit = _CALLED.fullmatch(call).groups()
-    bare = [_CALLED.fullmatch(heading)[1] for heading in headings]
-    for words, fitting in ((headings, call), (headings, name), (bare, name)):
-        if fitting in words:
-            place = words.index(fitting)
-            of_heading = _CALLED.fullmatch(headings[place])[3]
-            unit = of_heading if fitting == call else unit or of_heading
-            index = None if index is None or headings[place] == call else int(index)
-            return place, index, unit or ""
-    found = ", ".join(map(repr, headings))
-    raise ValueError(f"{where}: columns: no heading is {call!r}; found {found}")
-
-
 def _from_arrays(arrays, wanted, units, name, calls):
-    names = _names(wanted)
+    names = names_of(wanted)
     if calls:
         arrays, units = _chosen(arrays, wanted, names, units, name, calls)
     values = {}
     for heading, array in arrays.items():
         if array is None:
             continue
-        key = names.get(_plain(str(heading)))
+        key = names.get(plain(str(heading)))
         if key is None or key in values:
             raise ValueError(
                 f"{name} has no column {heading!r}, or has it twice; the known ones are"
@@ -231,8 +141,8 @@ def _from_arrays(arrays, wanted, units, name, calls):
             raise ValueError(f"{name}[{heading!r}] must have shape (n,), not {column.shape}")
         factor = wanted[key].units[units[key]] if key in units else 1.0
         values[key] = np.where(np.isfinite(column), column, np.nan) * factor
-    if missing := _missing(wanted, values):
-        raise ValueError(f"{name} has no column {', '.join(missing)}: {_how(missing)}")
+    if missing := missing_of(wanted, values):
+        raise ValueError(f"{name} has no column {', '.join(missing)}: {how_to_name(missing)}")
     lengths = {key: len(column) for key, column in values.items() if column.ndim}
     if len(set(lengths.values())) != 1:
         raise ValueError(f"the columns of {name} differ in length: {lengths or 'none is an array'}")
@@ -250,16 +160,16 @@ def _chosen(arrays, wanted, names, units, name, calls):
     """Return the arrays by the names that the caller gives them, and the units."""
     chosen = {}
     for heading, array in arrays.items():
-        key = names.get(_plain(str(heading)))
+        key = names.get(plain(str(heading)))
         if key and key not in calls:
             chosen[key] = array
     headings = list(map(str, arrays))
     for key, call in calls.items():
-        place, index, unit = _called(call, headings, name)
+        place, index, unit = called_column(call, headings, name)
         array = list(arrays.values())[place]
         chosen[key] = array if index is None else np.asarray(array)[:, index]
         if unit:
-            units = units | _units_by_name([f"{key}={unit}"], wanted)
+            units = units | units_by_name([f"{key}={unit}"], wanted)
     return chosen, units
 
 
@@ -294,7 +204,7 @@ def _from_text(file, wanted, units, calls):
             del rows[0]
     called = {}
     for key, call in calls.items():
-        place, index, unit = _called(call, headings, f"{name}, line {top}")
+        place, index, unit = called_column(call, headings, f"{name}, line {top}")
         if index is not None:
             cells = [_listed(line, delimiter, place, index) for _, line in rows]
             if not any(cells):
@@ -305,7 +215,9 @@ def _from_text(file, wanted, units, calls):
         if place in called:
             raise ValueError(f"{name}: columns: {headings[place]!r} is named twice")
         called[place] = f"{key} [{unit}]"
-    places, own_units, notes = _match(headings, wanted, units, f"{name}, line {top}", calls, called)
+    places, own_units, notes = matched(
+        headings, wanted, units, f"{name}, line {top}", calls, called
+    )
     if not rows:
         raise ValueError(f"{name}: no rows under the header")
     table, comma = _numbers(rows, delimiter, len(headings), places, name)
@@ -365,16 +277,6 @@ def _refuse_huge(values, lines, name, row_word):
             )
 
 
-def _missing(wanted, there):
-    return [key for key, quantity in wanted.items() if quantity.needed and key not in there]
-
-
-def _how(missing):
-    """Return how the caller says which columns these are."""
-    words = " ".join(f"{key}=HEADING" for key in missing)
-    return f"say which they are, by columns= or --columns {words}"
-
-
 def _delimiter(line):
     return next((mark for mark in ";\t,|" if mark in line), None)
 
@@ -403,72 +305,12 @@ def _row_of_units(cells, wanted, count):
     return ["" if word == "-" else word for word in words]
 
 
-def _plain(heading):
-    return re.sub(r"[\s_.\-]", "", unaccented(heading))
-
-
-def _names(wanted):
-    """Return {heading without case, spaces and accents: column}."""
-    names = {}
-    for key, quantity in wanted.items():
-        names |= {_plain(name): key for name in (key, *quantity.names)}
-    return names
-
-
-def _column_and_unit(heading, wanted, names, where):
-    """Return the column that a heading names, and its unit, None where there is none."""
-    if _plain(heading) in names:
-        return names[_plain(heading)], None
-    bracket = re.fullmatch(r"(.*?)\s*[(\[{<]\s*(.*?)\s*[)\]}>]", heading)
-    if bracket and _plain(bracket[1]) in names:
-        key, unit = (names[_plain(bracket[1])], unit_named(bracket[2]))
-        if unit in wanted[key].units:
-            return key, unit
-        if unit in ("", "-"):
-            return key, None
-        known = ", ".join(wanted[key].units)
-        raise ValueError(f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}")
-    for separator in re.finditer(r"[\s_/,]+", heading):
-        key = names.get(_plain(heading[: separator.start()]))
-        unit = unit_named(re.sub(r"^in\s+(?=\w)", "", heading[separator.end() :]))
-        if key and unit in wanted[key].units:
-            return key, unit
-    return None, None
-
-
 def _listed(line, delimiter, place, index):
     """Return a number of the list in a cell, "" where it has fewer."""
     cells = _cells(line, delimiter, "a list")
     text = "".join(cells[place : place + 1]).replace("\u2212", "-")
     numbers = re.findall(r"[-+]?[\d.]+(?:[eE][-+]?\d+)?", text)
     return "".join(numbers[index : index + 1])
-
-
-def _match(headings, wanted, units, where, calls, called):
-    """Return {column: its place}, {column: its unit} where one is named, and notes."""
-    names = _names(wanted)
-    places, own_units, notes = {}, {}, []
-    for place, heading in enumerate(headings):
-        key, unit = _column_and_unit(called.get(place, heading), wanted, names, where)
-        if key is None or (key in calls and place not in called):
-            if heading:
-                notes.append(f"column {heading!r} is not used")
-            continue
-        if key in places:
-            raise ValueError(
-                f"{where}: {headings[places[key]]!r} and {heading!r} both are {key}; leave one"
-            )
-        if unit and units.get(key, unit) != unit:
-            raise ValueError(
-                f"{where}: column {heading!r} is in {unit}, but its unit is given as {units[key]}"
-            )
-        places[key] = place
-        if unit := unit or units.get(key):
-            own_units[key] = unit
-    if missing := _missing(wanted, places):
-        found = ", ".join(map(repr, headings))
-        raise ValueError(f"{where}: no column {', '.join(missing)}; found {found}: {_how(missing)}")
-    return places, own_units, notes
 
 
 def _numbers(rows, delimiter, width, places, name):

@@ -14,7 +14,8 @@ import numpy as np
 
 from ..base.backend import finite_numbers, is_symbolic, real_numbers
 from ..base.checks import number, shown, whole
-from ..base.columns import Quantity, read
+from ..base.columns import read
+from ..base.headings import Quantity
 from ..base.representation import one_line
 from ..base.tables import STRANGE, arrays_in
 from ..base.units import METRES, NO_UNIT

@@ -11,7 +11,8 @@ from functools import partial
 import numpy as np
 
 from ..base.checks import not_negative, one_of, optional, positive, takes
-from ..base.columns import TIME, Columns, Quantity, read, refuse_unclear_times, units_named
+from ..base.columns import Columns, read, refuse_unclear_times
+from ..base.headings import TIME, Quantity, units_named
 from ..base.tables import TextFile, named
 from ..base.units import ACCELERATIONS, METRES, SPEEDS
 from .trajectory import Trajectory

@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 
-from ...base.columns import Quantity, read
+from ...base.columns import read
+from ...base.headings import Quantity
 from ...base.tables import FilePath, named
 from ...base.units import COUNTS, METRES, NO_UNIT, RADIANS
 

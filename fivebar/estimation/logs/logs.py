@@ -11,7 +11,8 @@ from numpy import ndarray
 from scipy.interpolate import CubicSpline
 
 from ...base.checks import number, positive, two_numbers
-from ...base.columns import TIME, Columns, Quantity, headings_by_name, read, refuse_unclear_times
+from ...base.columns import Columns, read, refuse_unclear_times
+from ...base.headings import TIME, Quantity, headings_by_name
 from ...base.tables import TextFile, named
 from ...base.units import (
     AMPERES,

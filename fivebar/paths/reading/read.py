@@ -10,7 +10,7 @@ from pathlib import PurePath
 from typing import Any
 
 from ...base.checks import flag, instance, not_negative, one_of, optional, shown, takes, two_numbers
-from ...base.columns import units_named
+from ...base.headings import units_named
 from ...base.tables import named, whole_text
 from ..curve import Path
 from ..placement import Placement

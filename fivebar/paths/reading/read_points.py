@@ -9,7 +9,8 @@ import numpy as np
 
 from ...base.backend import finite_numbers
 from ...base.checks import shown
-from ...base.columns import Quantity, read
+from ...base.columns import read
+from ...base.headings import Quantity
 from ...base.tables import TextFile
 from ...planning.samples import PLACES, refuse_unclear_lengths
 from ..pieces import Arc, Line, Polynomial
