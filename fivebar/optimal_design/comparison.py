@@ -72,7 +72,10 @@ def compare(
     if not isinstance(given, Mapping) or not any(
         isinstance(each, KINDS) for each in given.values()
     ):
-        return compare_runs(given)
+        compared = compare_runs(given)
+        if named := [*choices, *["figures"] * (figures is not None)]:
+            raise ValueError(f"compare: {', '.join(named)}: of designs only, these are runs")
+        return compared
     robots: dict[str, FiveBar | Biglide] = {}
     places: dict[str, Any] = {}
     for name, each in given.items():

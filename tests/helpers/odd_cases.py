@@ -126,6 +126,10 @@ def _swept(figure, designs, executor, out, robot, chunk, workers, **task):
     )
 
 
+def _compared(runs, figures, table, working):
+    return fb.compare(runs, figures, table=table, working=working)
+
+
 def _designed(goals, bounds, limits, robot, step, points, seed, effort, executor, **task):
     return fb.design(
         goals,
@@ -631,7 +635,16 @@ CASES = {
         5.0,
         ("a compiled loop needs",),
     ),
-    "compare": Case(fb.compare, dict(runs={"one": RUN})),
+    "compare": Case(
+        _compared,
+        dict(
+            runs={"one": ROBOT, "two": fb.FiveBar(d=0.1)},
+            figures=["bars", "det_A"],
+            table=(-0.01, 0.01, 0.1, 0.12),
+            working=(1, -1),
+        ),
+        options={"runs": [{"one": RUN}]},
+    ),
     # logs
     "from_bag": Case(
         fb.from_bag,

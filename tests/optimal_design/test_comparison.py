@@ -56,3 +56,8 @@ def test_what_does_not_compare_is_refused():
         fb.compare({"a": fb.Biglide()})
     with pytest.raises(TypeError, match=r"compare: runs must be a dict \{name: Run\}"):
         fb.compare(3)
+    run = fb.simulate(ROBOTS["lab"], reference=fb.line((0.09, 0.068), (0.08, 0.075), 0.1))
+    with pytest.raises(
+        ValueError, match="compare: table, figures: of designs only, these are runs"
+    ):
+        fb.compare({"a": run}, "det_A", table=(0.1, 0.1))
