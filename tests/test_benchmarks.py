@@ -52,6 +52,7 @@ def test_timed_paths_are_no_slower_than_toppras_and_keep_their_limits(capsys):
 
 
 def test_drawings_of_the_benchmark_are_timed(capsys):
+    need("toppra")
     assert [row[1] <= 1e-3 for row in drawings.main(1)] == [True]
     assert "for 30 pieces: median" in capsys.readouterr().out
     chart = drawings.chart()

@@ -10,6 +10,7 @@ import pytest
 import fivebar as fb
 from fivebar.cli import _parser, main
 from tests.helpers import DATA, LABS, ROOT
+from tests.helpers.needs import need
 
 README = ROOT / "README.md"
 PAGES = {
@@ -62,6 +63,8 @@ def test_readme_is_short():
 def test_python_blocks_of_a_page_run_in_one_session(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     matplotlib.use("Agg")
+    if "import jax" in PAGES[name]:
+        need("JAX")
     session = {"__name__": "__main__"}
     for block in BLOCK.findall(PAGES[name]):
         exec(compile(block, name, "exec"), session)
@@ -102,6 +105,7 @@ def write_inputs(folder):
     circle = fb.circle((0.05, 0.09), 0.02, 1.0)
     log = fb.simulate(fb.FiveBar(), controller, circle, control_period=0.002, step=0.002)
     log.to_csv(folder / "log.csv")
+    log.to_bag(folder / "bag")
     for script in (LABS / "amoro").glob("*.py"):
         shutil.copy(script, folder)
     shutil.copy(DATA / "solutions" / "lab1.py", folder / "my.py")

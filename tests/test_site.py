@@ -11,6 +11,7 @@ import pytest
 import fivebar as fb
 from tests.helpers import ROOT
 from tests.helpers.browsing import chromium
+from tests.helpers.needs import need
 
 pytestmark = pytest.mark.deep
 ATTRIBUTES = {"a": "href", "link": "href", "img": "src", "script": "src", "iframe": "src"}
@@ -34,6 +35,7 @@ class Names(HTMLParser):
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """The folder of the site, built with warnings as errors."""
+    need("Sphinx")
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, ".site/build.py", folder]
     made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=600)

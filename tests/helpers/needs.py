@@ -45,6 +45,8 @@ NEEDED = {
     "PyTorch": (lambda: find_spec("torch"), "pip install 'fivebar[torch]'"),
     "toppra": (lambda: find_spec("toppra"), "pip install 'fivebar[peers]'"),
     "axe": (lambda: find_spec("axe_playwright_python"), "pip install axe-playwright-python"),
+    "mypy": (lambda: find_spec("mypy"), "pip install mypy"),
+    "Sphinx": (lambda: find_spec("sphinx"), "pip install 'fivebar[docs]'"),
     "Dask": (lambda: find_spec("distributed"), "pip install 'fivebar[scale]'"),
     "Pinocchio": (lambda: find_spec("pinocchio"), "pip install 'fivebar[peers]'"),
     "locales": (
