@@ -73,7 +73,7 @@ def test_each_unit_is_known_by_its_name_and_is_in_one_table():
         (None, units.METRES, "None is not a number"),
         ("80 deg", units.METRES, "its unit must be m, mm, cm, um, in"),
         ("80 mm", units.NO_UNIT, "its unit must be none"),
-        ("80", units.METRES, "80 m: did you mean 80 mm? Write the unit, as 80mm or 80m"),
+        ("80", units.METRES, '80 m: did you mean 80 mm? Write the unit, as "80 mm" or "80 m"'),
         (-3.5, units.METRES, "-3.5 m: did you mean -3.5 mm?"),
     ],
 )
@@ -195,9 +195,16 @@ def test_of_a_biglide_joints_are_lengths_and_efforts_forces(tmp_path):
         ('l11 = "80 deg"', "l11: '80 deg': its unit must be m"),
         ("[frame]\nshift = [0, 150]", "shift: 150 m: did you mean 150 mm"),
         ("[tool]\nleg = 1\nalong = 30", "along: 30 m: did you mean 30 mm"),
+        ("[tool]\nalong = 0.03", "the table tool needs leg"),
+        ("[constraints]\nhalf_planes = [[30, 4, -50]]", "half_planes: -50 m: did you mean -50 mm"),
+        ("[constraints]\njoints = [[-45, 225], []]", "joints: -45 rad: did you mean -45 deg"),
+        ("[constraints]\nspeed = 100", "speed: 100 m/s: did you mean 100 mm/s"),
+        ("[frame]\nturn = 90", "turn: 90 rad: did you mean 90 deg"),
+        ("[readings]\noffset = [90, 0]", "offset: 90 rad: did you mean 90 deg"),
+        ("[reading]\noffset = [0, 0]", "known ones are links, readings, frame"),
     ],
 )
-def test_lengths_without_a_unit_that_nobody_means(tmp_path, line, message):
+def test_what_nobody_means_without_a_unit_or_by_this_name(tmp_path, line, message):
     path = tmp_path / "robot.toml"
     path.write_text(f"{line}\n", encoding="utf-8")
     with pytest.raises(ValueError) as error:
@@ -213,10 +220,11 @@ def test_large_robots_are_written_with_their_unit_and_read_without_a_question(tm
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         machine = fb.load_machine(path)
-        machine = fb.Machine(machine.robot, frame=fb.Placement((50.0, 0.0)))
+        machine = fb.Machine(machine.robot, (20.0, 0.1), frame=fb.Placement((50.0, 0.0), 9.0))
         machine.save(path)
         assert fb.load_machine(path) == machine
-    assert machine.robot.l11 == 80.0 and 'l11 = "80.0 m"' in path.read_text("utf-8")
+    text = path.read_text("utf-8")
+    assert machine.robot.l11 == 80.0 and 'l11 = "80.0 m"' in text and '"20.0 rad", 0.1]' in text
 
 
 def test_a_large_five_bar_warns_once(monkeypatch):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import os
 import sys
 from collections.abc import Callable, Iterable
 from functools import partial, wraps
@@ -96,6 +97,8 @@ def robot(value: object, name: str) -> object:
     has_all = all(hasattr(kind, part) or hasattr(value, part) for part in ROBOT_PARTS)
     if isinstance(value, type) or not has_all:
         hint = "; give its .robot" if hasattr(value, "robot") else ""
+        if isinstance(value, str | os.PathLike):
+            hint = "; fb.load_robot and fb.load_machine read files and names"
         raise TypeError(
             f"{name} must be a robot, as FiveBar() or Biglide(), not {shown(value)}{hint}"
         )

@@ -10,7 +10,7 @@ from typing import Any
 
 from .checks import shown
 
-LONGEST, SHORTEST_BAR = 3.0, 1e-4  # m, of what stands on a desk
+SHORTEST_BAR = 1e-4  # m, of what stands on a desk
 
 # {unit: its size in SI units}; the first is the SI unit.
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254}
@@ -43,6 +43,9 @@ ALL = (
     ACCELERATIONS, JERKS, RADIANS_PER_SECOND, ANGULAR_ACCELERATIONS, STIFFNESSES, DAMPINGS,
     SLIDING_DAMPINGS, AMPERES, HERTZ, COUNTS,
 )  # fmt: skip
+
+# Of what stands on a desk: (largest value, the unit that a larger one is more likely to be in).
+USUAL = ((METRES, 3.0, "mm"), (RADIANS, 6.3, "deg"), (SPEEDS, 10.0, "mm/s"))
 
 SYNONYMS = {
     "s": "sec secs second seconds",
@@ -103,7 +106,7 @@ def number_in(
     Raises
     ------
     ValueError
-        It is no number, its unit is not in the table, or a length without a unit is unusual.
+        It is no number, its unit is not in the table, or without a unit it is unusual.
     """
     found = NUMBER.fullmatch(value) if isinstance(value, str) else None
     try:
@@ -118,16 +121,23 @@ def number_in(
     if word:
         known = ", ".join(units) if units is not NO_UNIT else "none"
         raise ValueError(f"{shown(value)}: its unit must be {known}")
-    in_metres = units is METRES and unit in ("", "m")
-    if in_metres and (question := unusual_length(number, is_bar)):
-        raise ValueError(f"{question} Write the unit, as {number:g}mm or {number:g}m")
+    of_si = next(iter(units))
+    if unit in ("", of_si) and (question := unusual(number, units, is_bar)):
+        smaller = next((small for table, _, small in USUAL if table is units), "")
+        raise ValueError(
+            f'{question} Write the unit, as "{number:g} {smaller}" or "{number:g} {of_si}"'
+        )
     return number
 
 
-def unusual_length(length: float, is_bar: bool) -> str:
-    """Return what to ask about a length, m, where nobody wrote the unit; "" of a usual one."""
-    if LONGEST < abs(length) < math.inf:
-        return f"{length:g} m: did you mean {length:g} mm?"
-    if is_bar and 0 < length < SHORTEST_BAR:
-        return f"a bar of {1e3 * length:g} mm: is it in another unit?"
+def unusual(value: float, units: Mapping[str, float], is_bar: bool = False) -> str:
+    """Return what to ask about a value in SI units where nobody wrote its unit; "" of a usual one.
+
+    units: the table of its units; is_bar: whether it is a bar.
+    """
+    for table, largest, smaller in USUAL:
+        if table is units and largest < abs(value) < math.inf:
+            return f"{value:g} {next(iter(units))}: did you mean {value:g} {smaller}?"
+    if is_bar and units is METRES and 0 < value < SHORTEST_BAR:
+        return f"a bar of {1e3 * value:g} mm: is it in another unit?"
     return ""

@@ -337,9 +337,11 @@ def _checked(arguments, machine, path, working):
     from ..constraints.path_check import check_path
 
     check = check_path(machine.robot, path.at_unit_speed, working, None, machine.on_poses)
+    left, right = working
+    modes = f"working modes {left:+d} {right:+d}"
+    amiss = f"{arguments.drawing}: it cannot be drawn there in {modes}"
     if not (check.singularity_free or may_cross(arguments, check)):
-        where = f"in working modes {working} {_met(machine, path, check)}"
-        raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {where}")
+        raise ValueError(f"{amiss}: {_met(machine, path, check)}")
     for each in check.broken[:1]:
         planes = machine.constraints.half_planes, machine.measured_constraints.half_planes
         own, measured = ([plane_words(*plane) for plane in some] for some in planes)
@@ -347,7 +349,7 @@ def _checked(arguments, machine, path, working):
         is_of_joint = machine.tool is not None and each.what in (*own, "region")
         unit = {"j": " rad", "|": ""}.get(what[0], " m")  # of joint limits, and of margins
         raise ValueError(
-            f"{arguments.drawing}: it cannot be drawn there: {arguments.robot} has the constraint"
+            f"{amiss}: {arguments.robot} has the constraint"
             f" {what}{' of joint C' * is_of_joint}, which is violated by"
             f" {each.by:.4g}{unit} at {_place(machine, path.drawn(each.worst)[0])}"
         )

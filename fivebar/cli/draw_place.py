@@ -159,9 +159,16 @@ def _modes(arguments, machine, path):
     free = {mode: check for mode, check in checks.items() if not check.broken}
     margins = {mode: check.min_margin for mode, check in free.items() if check.singularity_free}
     possible = [mode for mode, check in free.items() if may_cross(arguments, check)]
-    # `_checked` says what is in the way where no mode is possible.
+    if not margins and not possible:  # `_checked` says what is in the way: the least that can be
+
+        def amiss(mode):
+            of_mode = checks[mode]
+            violations = [each.by for each in of_mode.broken]
+            return not of_mode.singularity_free, len(violations), sum(violations)
+
+        return min(checks, key=amiss)
     if not margins:
-        return [*possible, *modes][0]
+        return possible[0]
     return max(margins, key=lambda mode: (mode in measured, margins[mode]))
 
 

@@ -8,11 +8,9 @@ from typing import Any
 from ..base import units
 from ..base.units import NO_UNIT, number_in
 
-# Numbers at the end of a name do not count. In a half-plane (a, b, c) only c has a unit, so a and b
-# are not asked about as long lengths are.
+# Numbers at the end of a name do not count.
 NAMES = {
-    "l d x y along across shift clearance region widths posts": units.METRES,
-    "half_planes": dict(units.METRES),
+    "l d x y along across shift clearance region widths posts half_planes": units.METRES,
     "turn offset ratio joints q": units.RADIANS,
     "links m mf mass payload": units.KILOGRAMS,
     "mx my": units.FIRST_MOMENTS,
@@ -66,6 +64,11 @@ def table_in_si(value: Any, turns: bool, name: str = "") -> Any:
             table[key] = table_in_si(part, turns, own)
         return table
     if isinstance(value, list | tuple):
+        if name == "half_planes" and len(value) == 3 and not isinstance(value[0], list):
+            return [
+                *value[:2],
+                table_in_si(value[2], turns, name),
+            ]  # (a, b, c): c alone is a length
         return [table_in_si(part, turns, name) for part in value]
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if (is_number or isinstance(value, str)) and units_of(name, turns) is not NO_UNIT:

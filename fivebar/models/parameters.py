@@ -91,7 +91,7 @@ def kind_that_knows(parameters: dict[str, Any]) -> Any:
 def _of_links(parameters):
     known = list(signature(FiveBar.from_links).parameters)
     refuse_unknown("a robot of links", parameters, known)
-    _refuse_missing("a robot of links", parameters, known[:6])
+    refuse_missing("a robot of links", parameters, known[:6])
     links = parameters.pop("links")
     if isinstance(links, dict):
         links = {name: _link(f"links.{name}", link) for name, link in links.items()}
@@ -104,7 +104,7 @@ def _link(name, link):
     about_centre = "inertia_about_centre" in link
     inertia = "inertia_about_centre" if about_centre else "inertia"
     refuse_unknown(name, link, ("mass", "x", "y", inertia))
-    _refuse_missing(name, link, ("mass", "x") if about_centre else ("mass",))
+    refuse_missing(name, link, ("mass", "x") if about_centre else ("mass",))
     if not about_centre:
         return Link(**link)
     return Link.about_centre(link["mass"], link["x"], link.get("y", 0.0), link[inertia])
@@ -120,6 +120,7 @@ def refuse_unknown(what: str, given: Any, known: Iterable[str]) -> None:
         )
 
 
-def _refuse_missing(what, given, needed):
+def refuse_missing(what: str, given: Any, needed: Iterable[str]) -> None:
+    """Raise ValueError for a table without one of these names."""
     if missing := [name for name in needed if name not in given]:
         raise ValueError(f"{what} needs {', '.join(missing)} too")

@@ -13,7 +13,7 @@ from ..base.tables import TextFile, file_or_path, whole_text
 from .config_g import config_table
 from .named_robots import ROBOTS
 from .parameter_units import table_in_si
-from .parameters import kind_that_knows, robot_of
+from .parameters import kind_that_knows, refuse_unknown, robot_of
 from .robots import Biglide, FiveBar
 
 READERS: dict[str, Any] = {".toml": tomllib.loads, ".json": json.loads, ".g": config_table}
@@ -89,6 +89,8 @@ def read_robot(path: TextFile) -> RobotFile:
             raise ValueError("a robot is a table of its parameters by name")
         kind = _kind_of(table)
         own = {name: table[name] for name in table if name not in ("kind", *SECTIONS)}
+        tables = {name: part for name, part in own.items() if isinstance(part, dict)}
+        refuse_unknown("the tables of this file", tables, ("links", *SECTIONS))
         kind = kind or kind_that_knows(own)
         table = table_in_si(table, kind.turns)
         with catch_warnings():

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..base.backend import is_symbolic
 from ..base.tables import TextFile, written
-from ..base.units import METRES, unusual_length
+from ..base.units import unusual
 from .parameter_units import units_of
 
 
@@ -43,6 +43,7 @@ def _toml(value, name, turns):
     if isinstance(value, Mapping):
         parts = (f"{key} = {_toml(part, key, turns)}" for key, part in value.items())
         return "{" + ", ".join(parts) + "}"
-    if units_of(name, turns) is METRES and unusual_length(value, name[0] == "l"):
-        return f'"{value!r} m"'
+    units = units_of(name, turns)
+    if isinstance(value, float) and unusual(value, units, name[0] == "l"):
+        return f'"{value!r} {next(iter(units))}"'
     return repr(value)

@@ -17,7 +17,7 @@ from ..base.checks import (
     size,
     two_numbers,
 )
-from ..base.units import unusual_length
+from ..base.units import METRES, unusual
 from .physics import named
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def check_values(robot):
         not_too_different(lengths)
         not_too_narrow(robot.d, max(lengths.values()))
         for name, length in lengths.items():
-            question = unusual_length(length, True)
+            question = unusual(length, METRES, is_bar=True)
             if question and not _asked:
                 warnings.warn(f"{name}: {question} Lengths are in m", stacklevel=4)
                 _asked.append(name)

@@ -17,7 +17,7 @@ from ..base.tables import TextFile
 from ..base.units import RADIANS
 from ..constraints.constraints import CHECKS, ON_POSES, Constraints
 from ..constraints.link_collisions import LinkCollisions
-from ..models.parameters import refuse_unknown
+from ..models.parameters import refuse_missing, refuse_unknown
 from ..models.robot_files import RobotFile, read_robot
 from ..models.robot_writing import write_robot
 from ..models.robots import Biglide, FiveBar
@@ -374,7 +374,10 @@ def _machine(robot, sections):
         constraints["collisions"] = LinkCollisions(**links)
     frame = Placement(**sections.get("frame", {}))
     limits = _moved(Constraints(**constraints), frame.inverse)
-    tool = Tool(**sections["tool"]) if "tool" in sections else None
+    tool = None
+    if "tool" in sections:
+        refuse_missing("the table tool", sections["tool"], ["leg"])
+        tool = Tool(**sections["tool"])
     readings = sections.get("readings", {})
     return Machine(
         robot,

@@ -289,7 +289,7 @@ def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
             STROKES,
             ["--at", "0.05", "0.0", "--scale", "4"],
             1,
-            "cannot be drawn there: in working modes",
+            "cannot be drawn there in working modes",
         ),
         (STROKES, ["--at", "0.05", "0.0", "--fit"], 2, "--fit chooses scale and place"),
         (STROKES, ["--page", "0.1", "0.1", "--at", "0", "0"], 2, "--page finds a place"),
@@ -467,6 +467,19 @@ def test_as_drawn_keeps_the_coordinates_of_the_file(tmp_path, capsys):
     for other in (["--at", "0", "0.1"], ["--turn-deg", "3"], ["--fit"]):
         assert main([*words, *other]) == 2
         assert "--as-drawn keeps a drawing where it is: it goes without" in capsys.readouterr().err
+
+
+def test_what_is_in_the_way_is_said_of_the_modes_that_come_nearest(tmp_path, capsys):
+    """In modes +1 -1 one joint is a little off its range; in the others both are far off."""
+    (tmp_path / "line.csv").write_text("x_mm,y_mm\n-20,150\n20,150\n", encoding="utf-8")
+    robot = fb.FiveBar(0.1, 0.15, 0.1, 0.15, 0.08)
+    q = fb.igm(robot, [(-0.02, 0.15), (0.0, 0.15), (0.02, 0.15)], (1, -1)).q
+    joints = [(each.min() + 0.05, each.max() + 0.1) for each in q.T]
+    fb.Machine(robot, constraints=fb.Constraints(joints=joints)).save(tmp_path / "robot.toml")
+    words = ["draw", str(tmp_path / "line.csv"), "--as-drawn", "--out", str(tmp_path)]
+    assert main([*words, "--robot", str(tmp_path / "robot.toml")]) == 1
+    said = capsys.readouterr().err
+    assert "in working modes +1 -1: " in said and "is violated by 0.05 rad at" in said
 
 
 @pytest.mark.parametrize("ratio", [(np.pi / 180, -np.pi / 180), (2 * np.pi / 4096,) * 2])

@@ -15,6 +15,8 @@ Each command and each function that takes a robot takes a name out of `fb.ROBOTS
 [robot file](models.md#robot-files), an `fb.FiveBar`, an `fb.Biglide` or an `fb.Machine`:
 
 ```python
+import fivebar as fb
+
 data = fb.singularity_map("motkin")
 machine = fb.load_machine("plotclock")
 stroke = fb.path([(0.03, 0.02), (0.04, 0.02)])               # of the pen, in the frame of the board

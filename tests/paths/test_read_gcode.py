@@ -256,6 +256,14 @@ def test_what_is_passed_over_is_listed():
     assert path.stops[-1].seconds == 0.5
 
 
+@pytest.mark.parametrize("beside", ["G53 G0 Z0\n", "$H\n", "G28 Z0\n"])
+def test_a_spindle_draws_whatever_is_said_of_heights_that_no_move_has(beside):
+    plain = "G0 X4 Y16\nM3 S1000\nG1 X8 Y16\nM5\n"
+    path = read(f"G21\n{plain}{beside}M2")
+    assert path.length == pytest.approx(4e-3) and len(path.pieces) == 1
+    assert read(f"G21\n{beside}{plain}M2").length == pytest.approx(4e-3)
+
+
 def test_an_arc_in_moves_that_begin_at_the_origin_is_said():
     path = read("G21\nM3\nG1 X1")
     assert path.length == pytest.approx(1e-3) and "it begins at X0 Y0" in path.notes[0]

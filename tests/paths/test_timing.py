@@ -324,6 +324,7 @@ REFUSED = [
         "leaves the workspace before s = .*left leg",
     ),
     ({}, dict(torque=None), ValueError, "a least time needs a torque"),
+    (dict(robot=fb.ROBOTS["plotclock"].robot), {}, ValueError, "no masses, so a torque limits"),
     (dict(duration=-1.0), {}, ValueError, "duration must be"),
     (dict(path="square.svg"), {}, TypeError, "path must be a Path"),
     (dict(working=(1, 2)), {}, ValueError, "working"),

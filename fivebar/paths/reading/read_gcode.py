@@ -75,7 +75,6 @@ class _Machine:
         self.passed: dict[str, list] = {}
         plain = "\n".join(COMMENT.sub("", line) for line in self.lines).upper()
         self.has_servo = re.search(r"M(280|300)\b", plain) is not None
-        self.has_z = re.search(r"Z\s*[-+.\d]", plain) is not None
         self.has_spindle = re.search(r"M\s*(0*[345]|10[67])(?!\d)", plain) is not None
 
     def run(self) -> Draft:
@@ -87,7 +86,7 @@ class _Machine:
         draft = self.draft
         for what, lines in sorted(self.passed.items()):
             draft.notes.append(f"{what}: passed over{listed(lines)}")
-        if (self.has_servo or self.has_z) and draft.moves:
+        if self.has_servo or any(map(math.isfinite, self.levels)):
             down = self.levels_down()
             pens = [move.pen and level in down for move, level in zip(draft.moves, self.levels)]
             draft.moves = [move._replace(pen=pen) for move, pen in zip(draft.moves, pens)]
@@ -130,8 +129,8 @@ class _Machine:
         """Run one line without its comments."""
         if text in ("", "%"):
             return
-        if text.startswith("/"):
-            self.pass_over("block with /")
+        if text[0] in "/$":  # $: GRBL's own, as $H for homing
+            self.pass_over(f"block with {text[0]}")
             return
         rest = WORD.sub(" ", text).strip()
         if rest and not (set(rest) <= set("XYZE ") and AXES_ALONE.fullmatch(text)):

@@ -124,6 +124,11 @@ def time_path(
             "time_path: a least time needs a torque, an acceleration or a joint_acceleration among"
             " the constraints: without, it is that of infinite forces"
         )
+    if asked == Limits(torque=asked.torque) and not any((*robot.inertias, robot.m)):
+        raise ValueError(
+            "time_path: this robot has no masses, so a torque limits nothing: give its masses, or a"
+            " limit on the speed or acceleration"
+        )
     if asked.jerk is not None:
         refuse_kinks(path)
     until = time.thread_time() + max_time
