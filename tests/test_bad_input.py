@@ -198,7 +198,10 @@ def test_what_zero_inertia_and_mass_leave_defined():
         ),
         (lambda: fb.dgm(AMORO, (0, 0), assembly=0), r"assembly must be \+1 or -1, not 0"),
         (lambda: fb.igm(AMORO, (0, 0.1), working=(1, 2)), r"working must be \+1 or -1, not 2"),
-        (lambda: fb.igm(AMORO, (0, 0.1), working=1), r"working must have shape \(2,\)"),
+        (
+            lambda: fb.igm(AMORO, (0, 0.1), working=1),
+            r"two modes in one argument, as \(-1, -1\), not 1",
+        ),
         (
             lambda: fb.dgm(AMORO, np.zeros((3, 2)), assembly=[1, 1]),
             r"assembly of shape \(2,\) does not fit.*\(3,\)",

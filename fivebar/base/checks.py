@@ -240,7 +240,7 @@ def modes(count: int) -> Callable:
     """Rule: +1 or -1, or two of them, as plain ints; ValueError for anything else."""
 
     def rule(value, name):
-        wanted = "two modes, +1 or -1" if count == 2 else "+1 or -1"
+        wanted = "two modes in one argument, as (-1, 1)," if count == 2 else "+1 or -1"
         try:
             signs = real_numbers(value, name).tolist()
         except ValueError:

@@ -15,7 +15,8 @@ from typing import Any
 MODES = {(-1, -1): 1, (1, -1): 2, (1, 1): 4}
 DEFAULTS = {"L": [1.0], "A": [15, 165, 0, 360, 0, 360], "C": [10, 170, 10, 170]}
 COUNTS = {"X": (2,), "Y": (2,), "P": (2,), "D": (2, 4), "L": (1,), "A": (6,), "C": (4,)}
-COMMENT = re.compile(r";.*|\([^)]*\)")
+# Comments, and the numbers and checksums of lines.
+COMMENT = re.compile(r";.*|\([^)]*\)|^\s*[nN]\d+|\*\d+\s*$")
 WORD = re.compile(r"([A-Z])\s*([-+.\d:]+)")
 FREE = 359.0  # degrees of a joint without limits: the firmware wants them less than a turn apart
 
@@ -42,11 +43,11 @@ def config_table(text: str) -> dict[str, Any]:
         "d": abs(base) / 1000,
     }
     shift = [(x[0] + x[1]) / 2000, (y[0] + y[1]) / 2000]
-    head = _margin(words["A"][:2], 0.0)
+    head = _margin(words["A"][:2], 0.0, "hotend")
     # q12 + 180 degrees is the angle at an elbow; q12 is below 0 in mode +1.
     elbows = [
-        _margin(words["A"][2 * leg + 2 : 2 * leg + 4], 0.0 if mode > 0 else 180.0)
-        for leg, mode in enumerate(working)
+        _margin(words["A"][k : k + 2], 0.0 if mode > 0 else 180.0, f"{side} elbow")
+        for k, mode, side in zip((2, 4), working, ("left", "right"))
     ]
     joints = [_joint(words["C"][2 * leg : 2 * leg + 2], turn) for leg in (0, 1)]
     constraints = {
@@ -94,12 +95,17 @@ def _words(text):
     return words
 
 
-def _margin(limits, start):
-    """Return how far, degrees, a range keeps an angle from both ends of its half turn."""
+def _margin(limits, start, place):
+    """Return how far, degrees, a range keeps the angle at a place from both ends of its half turn,
+    which begins at start.
+    """
     low, high = limits
     nearest = max(low - start, start + 180.0 - high, 0.0)
     if nearest >= 90.0:
-        raise ValueError(f"M669: A leaves no pose between {low:g} and {high:g} degrees")
+        raise ValueError(
+            f"M669: A allows {low:g} to {high:g} degrees at the {place}, but in this working mode the"
+            f" angle there is from {start:g} to {start + 180:g} degrees: no pose is left"
+        )
     return nearest
 
 

@@ -180,7 +180,8 @@ def _with_modes(v, modes, name, count):
         return v, plain  # the usual call, without the cost of arrays
     modes = check_modes(modes, name)
     if count == 2 and (modes.ndim == 0 or modes.shape[-1] != 2):
-        raise ValueError(f"{name} must have shape (2,) or (*batch, 2), not {modes.shape}")
+        got = f"{modes}" if modes.ndim == 0 else f"shape {modes.shape}"
+        raise ValueError(f"{name} must be two modes in one argument, as (-1, -1), not {got}")
     if modes.ndim == count - 1:
         return v, tuple(int(m) for m in np.atleast_1d(modes))
     if is_symbolic(v[0]):

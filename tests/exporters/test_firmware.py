@@ -265,7 +265,8 @@ BARE = "M669 K9 X-50:50 Y0:0 P120:120 D170:170"
         (BARE.replace("170:170", "170:170:5:6"), "two cantilevers"),
         (BARE.replace("P120:120", "P12.0.1:120"), "P12.0.1:120 is no number"),
         (BARE.replace("P120:120", "P{var.l}:120"), "expressions in braces"),
-        (BARE + " A95:180:0:360:0:360", "leaves no pose"),
+        (BARE + " A95:180:0:360:0:360", "95 to 180 degrees at the hotend"),
+        (f"n5 {BARE} A15:165:0:360:15:165 *33", "right elbow.* from 180 to 360 degrees: no pose"),
     ],
 )
 def test_what_is_wrong_in_a_config_g_is_named(tmp_path, text, words):
