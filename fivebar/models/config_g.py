@@ -103,8 +103,8 @@ def _margin(limits, start, place):
     nearest = max(low - start, start + 180.0 - high, 0.0)
     if nearest >= 90.0:
         raise ValueError(
-            f"M669: A allows {low:g} to {high:g} degrees at the {place}, but in this working mode the"
-            f" angle there is from {start:g} to {start + 180:g} degrees: no pose is left"
+            f"M669: A allows {low:g} to {high:g} degrees at the {place}, but in this working mode"
+            f" the angle there is from {start:g} to {start + 180:g} degrees: no pose is left"
         )
     return nearest
 

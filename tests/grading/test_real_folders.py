@@ -139,6 +139,11 @@ def test_what_cannot_be_meant(tmp_path):
     written(tmp_path / "c" / "my_robot.py", FIVE)  # by what it defines
     written(tmp_path / "c" / "biglide_models.py", SLIDES)
     assert choose(LABS[0], look_into(tmp_path / "c")[0])[0].name == "c/my_robot.py"
+    for k in (1, 2, 7):  # lab 7 asks for functions of the same names
+        written(tmp_path / "d" / f"lab{k}.py", find_lab(str(k)).template())
+    assert choose(find_lab("1"), look_into(tmp_path / "d")[0])[0].name == "d/lab1.py"
+    written(tmp_path / "d" / "lab1.py", FIVE)
+    assert choose(find_lab("1"), look_into(tmp_path / "d")[0])[0].name == "d/lab1.py"
 
 
 @pytest.mark.deep

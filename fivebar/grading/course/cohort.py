@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import sys
 import textwrap
 from concurrent.futures import ThreadPoolExecutor
@@ -214,6 +215,8 @@ def _grade_all(cohort, entries, jobs, reports, shown):
                 reports[entry] = future.result()
                 shown.add(entry, reports[entry])
     except KeyboardInterrupt:
+        # The command ends: a second Ctrl-C would only leave its workers running.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         raise KeyboardInterrupt(
             f"interrupted: {len(reports)} are graded; the same command goes on from there"
         ) from None

@@ -11,7 +11,7 @@ from pathlib import Path
 from ...base.errors import UsageError
 from ..intake.cohort_folder import Entry
 from ..report.outputs import plain_cell
-from ..report.text import number
+from ..report.text import nothing_is_filled_in, number
 from ..results import Report
 from ..variants import name_key
 from .cohort import trouble_of
@@ -24,6 +24,7 @@ ADJUST = "adjust"
 COMMENT = "comment"
 DAYS_LATE = "days late"
 EXTRA_DAYS = "extra days"
+UNTOUCHED = "nothing is filled in"  # a state: it has a mark, of no points
 HIS = (ADJUST, COMMENT, DAYS_LATE, EXTRA_DAYS)
 AFTER = ("lost for late days", "mark", "of", "state", "same program as", "file", "trouble")
 _OUT_OF = re.compile(r"(.+?)\s*/\s*(\d+(?:[.,]\d+)?)")
@@ -186,7 +187,7 @@ class Table:
         # What is written under "adjust" says that a person has looked, 0 as well.
         looked = adjust is not None and "not graded" not in state
         total = None
-        if state == "graded" or looked:
+        if state in ("graded", UNTOUCHED) or looked:
             total = points - lost + (adjust or 0.0)
             total = max(0.0, round(total, 2))
         whole = sum(most.values()) + sum(out_of.values())
@@ -252,7 +253,7 @@ def _line(cells, sign):
 
 
 def _state(results, most, parts):
-    """Return "graded", or what keeps a student from a mark."""
+    """Return "graded", or what keeps a student from a mark or is to be known of it."""
     if not results:
         return "nothing to grade"
     ungraded = []
@@ -272,4 +273,6 @@ def _state(results, most, parts):
         return "no program"
     if empty_cells:
         return f"waits for {', '.join(empty_cells)}"
+    if all(nothing_is_filled_in(report) for _, report in results.values()):
+        return UNTOUCHED
     return "graded"
