@@ -59,6 +59,9 @@ def test_the_end_effector_slides_along_the_border_and_says_why(page):
         == "Stopped at the border (Type 1): the left leg is stretched."
     )
     np.testing.assert_allclose(now["q"], pose.q, atol=1e-9)
+    said = page.evaluate("moveTo([0, 0.1], 0.002); moveTo([0, 0.175], 0.002); said")
+    assert said.endswith("both legs are stretched.")
+    now = pose_of(page)
     # towards Type 2 it is stopped too, and passes only when told to
     drag(page, now["xi"], (0.0, 0.12), (0.0, -0.1))
     now = pose_of(page)

@@ -106,7 +106,7 @@ function drawTaskFront(pen = task.front, alone = true) {
   }
   pen.circle(end, 9, {fill: "c4", ink: "ink", width: 2.5});
   const bars = [[left, e1], [e1, end], [right, e2], [e2, end]];
-  if (disc) labelDisc(pen, bars);
+  if (disc) bars.push(labelDisc(pen, bars));
   if (idle && alone) {
     const [x, y] = end, half = 60;  // px, of the words
     const far = ([u, v]) => Math.min(u - half, task.width - u - half, ...[-half, 0, half].flatMap(
@@ -118,7 +118,8 @@ function drawTaskFront(pen = task.front, alone = true) {
   }
 }
 
-// The radius, inside of the disc or, if it is small, above or below it: where it is farthest from all bars.
+// The radius, inside of the disc or, if it is small, above or below it: where it is farthest from all bars. Returns the
+// line along it.
 function labelDisc(pen, bars) {
   const [x, y] = task.at([disc.x, disc.y]), radius = disc.radius * task.scale, far = Math.abs(radius - 14);
   const places = [[x, y - far], [x, y + far]];
@@ -127,6 +128,7 @@ function labelDisc(pen, bars) {
   const clear = place => Math.min(...bars.map(bar => distanceToBar(place, bar)));
   const [u, v] = places.reduce((best, place) => clear(place) > clear(best) ? place : best);
   pen.words(radiusText(), [u, v + 4], {ink: "c3", align: "center"});
+  return [[u - 34, v], [u + 34, v]];
 }
 
 function distanceToBar([x, y], [[x0, y0], [x1, y1]]) {

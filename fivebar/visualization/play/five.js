@@ -148,7 +148,7 @@ function verdictWords() {
 
 function words(now) {
   guideOn();
-  if (now - lastWords <= 90 && (flying || pointer || idle)) return;  // all of them at once, or they would differ
+  if (now - lastWords <= 90 && (flying || pointer || idle)) return ask();  // all at once, or they would differ
   lastWords = now;
   const line = byId("said"), state = stateWords(now), verdict = byId("verdict"), text = verdictWords();
   if (line.textContent !== state) line.textContent = state;

@@ -54,7 +54,8 @@ function note(passed) {
 function hindrance(found, assembly) {
   if (!found.closes) {
     const worst = found.clear.indexOf(Math.min(...found.clear));
-    return {kind: "reach", leg: worst >> 1, words: legWords(worst >> 1, found.clear)};
+    const isBoth = Math.max(found.clear[0], found.clear[2]) <= 0;
+    return {kind: "reach", leg: worst >> 1, words: isBoth ? "both legs are stretched" : legWords(worst >> 1, found.clear)};
   }
   if (!choices.type2 && assembly && found.assembly !== assembly) return {kind: "type 2"};
   return null;
