@@ -13,6 +13,7 @@ from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import yaml
 from sphinx.cmd.build import main
 
 import fivebar as fb
@@ -73,6 +74,19 @@ def _contents(caption, *pages):
     return "\n".join((f"```{{toctree}}\n:caption: {caption}\n:hidden:\n", *pages, "```\n"))
 
 
+def how_to_cite() -> str:
+    """Return a text and BibTeX of what CITATION.cff says of the package."""
+    about = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    authors = ", ".join(author["name"] for author in about["authors"])
+    title, version = about["title"], about["version"]
+    fields = {"author": f"{{{authors}}}", "title": title, "version": version}
+    lines = "".join(f"  {name} = {{{value}}},\n" for name, value in fields.items())
+    return (
+        f"## How to cite\n\n{about['message']}\n\n{authors}: *{title}*, version {version}.\n\n"
+        f"```bibtex\n@software{{fivebar,\n{lines}}}\n```\n"
+    )
+
+
 def assemble(source: Path) -> None:
     """Lay out the pages in a folder, as they stand in the repository."""
     for name in COPIED:
@@ -103,7 +117,9 @@ def assemble(source: Path) -> None:
         _contents("Reference", *reference),
         _contents("More", "fivebar/CHANGELOG", "CONTRIBUTING", "fivebar/grading/isolation"),
     )
-    (source / "index.md").write_text("\n".join((ANIMATION.sub(LIVE, readme), *contents)), "utf-8")
+    (source / "index.md").write_text(
+        "\n".join((ANIMATION.sub(LIVE, readme), how_to_cite(), *contents)), "utf-8"
+    )
     names = public_names()
     for page, subject in reference.items():
         text = f"{subject}\n{'=' * len(subject)}\n\n" + "\n".join(map(_entry, names[subject]))

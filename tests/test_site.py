@@ -57,6 +57,13 @@ def test_each_link_leads_somewhere_and_nothing_is_loaded_from_elsewhere(site):
                 assert unquote(link.fragment) in pages[target].anchors, (path, link)
 
 
+def test_the_start_page_says_how_to_cite_the_version(site):
+    text = re.sub("<.*?>", "", (site / "index.html").read_text("utf-8"))
+    assert "The fivebar authors: fivebar: exact models" in text
+    assert "@software{fivebar,\n  author = {{The fivebar authors}},\n" in text
+    assert f"version = {{{fb.__version__}}}" in text
+
+
 def test_each_public_name_says_what_it_is(site):
     text = "".join(path.read_text("utf-8") for path in site.glob("reference/*.html"))
     told = dict(re.findall(r'<dt [^>]*id="fivebar\.(\w+)">.*?</dt>\s*<dd>(.{20})', text, re.DOTALL))

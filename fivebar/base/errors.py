@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
+
 
 class UnreachableError(ValueError):
     """No pose closes the mechanism.
@@ -52,6 +55,16 @@ class SingularityError(ArithmeticError):
         super().__init__(message)
         self.margin = margin
         self.index = index
+
+
+def warn(words: str, category: type[Warning] = UserWarning) -> None:
+    """Warn at the line outside this package that called it, by however many of its functions."""
+    frame = sys._getframe(1)
+    level = 2
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "fivebar":
+        frame = frame.f_back
+        level += 1
+    warnings.warn(words, category, stacklevel=level)
 
 
 class UsageError(Exception):

@@ -9,12 +9,13 @@ from __future__ import annotations
 import inspect
 import os
 import tomllib
-import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
 from functools import cache, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Concatenate, NamedTuple, ParamSpec, Protocol, TypeVar, Union
+
+from .errors import warn
 
 if TYPE_CHECKING:
     from ..models.robots import Robot
@@ -121,16 +122,17 @@ def _by_reason(reasons, said):
     return "; ".join(f"{', '.join(of_one)}: {reason}" for reason, of_one in rows.items())
 
 
-def used(value: Any, user: str, name: str = "robot", level: int = 4) -> Any:
+def used(value: Any, user: str, name: str = "robot") -> Any:
     """Return a robot as it is; of a Machine, or of the name or file of one, the Machine without
-    what a function leaves out, of which it warns at this level of the stack.
+    what a function leaves out, of which it warns.
 
     Raises
     ------
     TypeError, ValueError, OSError
         It is none of these, there is no such robot, or the function refuses what it says.
     """
-    if isinstance(value, (str, os.PathLike)) and machine_room is not None:
+    by_name = isinstance(value, (str, os.PathLike)) or hasattr(value, "tables")
+    if by_name and machine_room is not None:
         value = machine_room().load_machine(value)
     if not hasattr(value, "used_by"):
         from .checks import robot as must_be_robot  # brings NumPy, without which the program begins
@@ -139,14 +141,9 @@ def used(value: Any, user: str, name: str = "robot", level: int = 4) -> Any:
         left_out(user, () if turns else ("biglide",))
         return value
     machine, note = value.used_by(user)
-    warn_of(note, level)
-    return machine
-
-
-def warn_of(note: str, level: int = 5) -> None:
-    """Warn of what is left out, if anything is."""
     if note:
-        warnings.warn(note, stacklevel=level)
+        warn(note)
+    return machine
 
 
 def _own_robot(found):
@@ -158,7 +155,7 @@ def robot_for(user: str) -> Callable:
     """Rule: the robot alone of what `used` takes."""
 
     def rule(value, name):
-        return _own_robot(used(value, user, name, 5))
+        return _own_robot(used(value, user, name))
 
     return rule
 

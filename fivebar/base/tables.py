@@ -38,8 +38,6 @@ STRANGE = (
     MemoryError,
 )
 DPI = 200  # of pictures
-# Outlines of letters (Type 3) are refused by journals, and cannot be searched.
-TEXT: Any = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
 _NUMBERS = count()  # of files being written: threads may write one at the same time
 _PART = re.compile(r"\..{1,40}\.(\d+)-\d+\.part(\.\w+)?", re.DOTALL)
 _CLEARED: set[str] = set()  # folders in which this process has looked for what killed ones left
@@ -148,9 +146,7 @@ def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
             root, end = os.path.splitext(os.fspath(place))
             place = f"{root}{end or '.png'}"
             kind = {"format": end[1:] or "png"}
-        from matplotlib import rc_context
-
-        with rc_context(TEXT), written(place, binary=True) as out:
+        with written(place, binary=True) as out:
             figure.savefig(out, **({"dpi": DPI} | kind | options))
     return figure
 

@@ -155,7 +155,8 @@ def parse_values(text: str, option: str, form: str = "VALUE") -> tuple[str, list
     numbers: list[float | None] = []
     for part, of in zip(parts, form.split(":")):
         own = "" if of == "COUNT" else name
-        numbers.append(number(part, option, own) if part else None)
+        value = number(part, option, own) if part else None
+        numbers.append(int(value) if of == "COUNT" and value == int(value or 0) else value)
     return name, numbers
 
 

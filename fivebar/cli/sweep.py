@@ -7,18 +7,8 @@ import sys
 from argparse import _SubParsersAction
 from contextlib import nullcontext
 
-import numpy as np
-
 from ..base.errors import UsageError
-from .options import (
-    JSON,
-    add_options,
-    check_ending,
-    named_values,
-    parse_values,
-    print_json,
-    used_options,
-)
+from .options import JSON, add_options, check_ending, named_values, print_json, used_options
 from .robot_options import add_robot_options, chosen_machine
 from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of
 
@@ -111,17 +101,8 @@ def _designs(arguments):
     if arguments.sample:
         bounds = named_values(arguments.bound, "--bound", "LOW:HIGH")
         return sample(bounds, arguments.sample, arguments.seed)
-    return grid(dict(map(_axis, arguments.grid)))
-
-
-def _axis(text):
-    name, values = parse_values(text, "--grid", "LOW:HIGH:COUNT")
-    if len(values) == 1:
-        return name, values
-    low, high, count = values
-    if count != int(count) or not 1 <= count <= 1e6:
-        raise UsageError(f"--grid: {count:g} is no count, in {text!r}")
-    return name, np.linspace(low, high, int(count))
+    axes = named_values(arguments.grid, "--grid", "LOW:HIGH:COUNT")
+    return grid(axes)
 
 
 def _show(arguments, swept, best):

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from ..base.backend import finite_numbers, wrap
 from ..base.checks import instance, named_functions, not_negative, number, share, shown
+from ..base.errors import warn
 from ..base.representation import one_line
-from ..base.robot_uses import freed, left_out, uses, warn_of
+from ..base.robot_uses import freed, left_out, uses
 from ..models.geometry import Pose
 from ..models.motors import Motor, both_motors
 from .link_collisions import LinkCollisions, point_segment_distance, segment_distance
@@ -269,7 +270,8 @@ def kept_by(user: str) -> Callable:
     def rule(value, name):
         if value is not None:
             value, note = instance(Constraints)(value, name).used_by(user)
-            warn_of(note)
+            if note:
+                warn(note)
         return value
 
     return rule

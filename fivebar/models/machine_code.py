@@ -9,7 +9,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import warnings
 from functools import lru_cache
 from pathlib import Path
 
@@ -28,9 +27,7 @@ def machine_code(function, jit=True):
     except (RuntimeError, OSError) as error:
         if jit is True:
             raise
-        warnings.warn(
-            f"{error}; going on in CasADi's virtual machine", RuntimeWarning, stacklevel=3
-        )
+        warn(f"{error}; going on in CasADi's virtual machine", RuntimeWarning)
         return function
 
 

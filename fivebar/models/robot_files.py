@@ -11,7 +11,7 @@ from warnings import catch_warnings, simplefilter
 
 from ..base.tables import TextFile, file_or_path, whole_text
 from .config_g import config_table
-from .named_robots import ROBOTS
+from .named_robots import ROBOTS, NamedRobot
 from .parameter_units import table_in_si
 from .parameters import kind_that_knows, refuse_unknown, robot_of
 from .robots import Biglide, FiveBar
@@ -72,9 +72,9 @@ class RobotFile(NamedTuple):
 
 def read_robot(path: TextFile) -> RobotFile:
     """Return what a file or a name says of a robot; ValueError for one that says none."""
-    if isinstance(path, str) and path in ROBOTS:
-        named = ROBOTS[path]
-        return RobotFile(named.robot, dict(named.tables), [], path)
+    named = ROBOTS.get(path) if isinstance(path, str) else path
+    if isinstance(named, NamedRobot):
+        return RobotFile(named.robot, dict(named.tables), [], named.source)
     source = file_or_path(path, "read")
     read = READERS.get(Path(str(getattr(source, "name", source))).suffix.lower())
     if read is None:

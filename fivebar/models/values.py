@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -17,6 +16,7 @@ from ..base.checks import (
     size,
     two_numbers,
 )
+from ..base.errors import warn
 from ..base.units import METRES, unusual
 from .physics import named
 
@@ -69,7 +69,7 @@ def check_values(robot):
         for name, length in lengths.items():
             question = unusual(length, METRES, is_bar=True)
             if question and not _asked:
-                warnings.warn(f"{name}: {question} Lengths are in m", stacklevel=4)
+                warn(f"{name}: {question} Lengths are in m")
                 _asked.append(name)
     for rub, own in zip(("fv1", "fv2", "fs1", "fs2"), robot.words.inertias * 2):
         value = getattr(robot, rub)

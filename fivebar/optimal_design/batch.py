@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields, replace
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from ..base.checks import number
+from ..base.checks import number, shown
 from ..models.robots import Biglide, FiveBar
 
 # What a design of a five-bar may name beside its parameters: {parameter: factor}.
@@ -51,18 +52,27 @@ def known_variables(robot: FiveBar | Biglide) -> dict[str, dict[str, float]]:
     return {**shared, **{name: {name: 1.0} for name in names}}
 
 
+def check_known(names: Iterable[str], argument: str, *robots: FiveBar | Biglide) -> None:
+    """Raise ValueError for a name that no design of one of these robots has; of any without."""
+    known: dict = {}
+    for robot in robots or (FiveBar(), Biglide()):
+        known |= known_variables(robot)
+    for name in names:
+        if name not in known:
+            raise ValueError(
+                f"{argument}: no parameter {shown(name)} of a design; the known ones are"
+                f" {', '.join(known)}"
+            )
+
+
 def check_variables(names: tuple[str, ...], robot: FiveBar | Biglide, argument: str) -> None:
     """Raise ValueError for an unknown name, and for two names that set one parameter."""
     known = known_variables(robot)
     if not names:
         raise ValueError(f"{argument} must name at least one of {', '.join(known)}")
+    check_known(names, argument, robot)
     set_by: dict[str, str] = {}
     for name in names:
-        if name not in known:
-            raise ValueError(
-                f"{argument}: no parameter {name!r} of a design; the known ones are"
-                f" {', '.join(known)}"
-            )
         for parameter in known[name]:
             if parameter in set_by:
                 raise ValueError(f"{argument}: {name} and {set_by[parameter]} both set {parameter}")

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.checks import instance
 from ..base.presentation import Plotted
 from ..base.representation import aligned
+from ..base.robot_uses import AnyRobot, robot_for
 from ..models.robots import Biglide, FiveBar
 from ..simulation.comparison import compare as compare_runs
 from .batch import PLACE
@@ -22,21 +22,19 @@ if TYPE_CHECKING:
     from ..simulation.comparison import Comparison
     from ..simulation.run import Run
 
-KINDS = FiveBar, Biglide, Design
 USUAL = ("bars", "workspace_area", "largest_disc", "largest_rectangle")  # which need no table
 
 
 def compare(
-    runs: Mapping[str, Run] | Mapping[str, FiveBar | Biglide | Design],
-    figures: Any = None,
-    **choices: Any,
+    runs: Mapping[str, Run] | Mapping[str, AnyRobot | Design], figures: Any = None, **choices: Any
 ) -> Comparison | DesignComparison:
     """Return figures of several runs, or of several designs, side by side.
 
     Parameters
     ----------
     runs : dict
-        {name: Run}, each with a reference, all of one kind of robot; or {name: robot or Design}.
+        {name: Run}, each with a reference, all of one kind of robot; or {name: robot or Design},
+        also the name or the file of a robot.
     figures : str, callable, list or mapping, optional
         Of designs: figures of merit, as `sweep` takes them. None: those of the first Design, else
         bars, workspace_area, largest_disc and largest_rectangle.
@@ -69,9 +67,7 @@ def compare(
     transmission_angle (rad)  0.3361  0.4131
     """
     given: Mapping[str, Any] = runs
-    if not isinstance(given, Mapping) or not any(
-        isinstance(each, KINDS) for each in given.values()
-    ):
+    if not isinstance(given, Mapping) or all(hasattr(each, "xi_ref") for each in given.values()):
         compared = compare_runs(given)
         if named := [*choices, *["figures"] * (figures is not None)]:
             raise ValueError(f"compare: {', '.join(named)}: of designs only, these are runs")
@@ -79,8 +75,10 @@ def compare(
     robots: dict[str, FiveBar | Biglide] = {}
     places: dict[str, Any] = {}
     for name, each in given.items():
-        instance(*KINDS)(each, f"compare: runs[{name!r}]")
-        robots[name] = each.robot if isinstance(each, Design) else each
+        is_design = isinstance(each, Design)
+        robots[name] = (
+            each.robot if is_design else robot_for("fb.compare")(each, f"compare: runs[{name!r}]")
+        )
         places[name] = each.place if isinstance(each, Design) else (0.0, 0.0)
     designs = [each for each in given.values() if isinstance(each, Design)]
     task = designs[0].task if designs and not choices else task_of(choices)

@@ -20,7 +20,7 @@ from ..base.representation import one_line
 from ..base.tables import STRANGE, arrays_in
 from ..base.units import METRES, NO_UNIT
 from ..models.robots import Biglide, FiveBar
-from .batch import PLACE, is_number, known_variables, scalar_parameters
+from .batch import PLACE, check_known, is_number, known_variables, scalar_parameters
 from .closed_forms import CLOSED
 from .one_by_one import ONE_BY_ONE
 from .over_poses import OVER_POSES
@@ -98,7 +98,8 @@ def grid(axes: Mapping[str, Any]) -> Designs:
     Parameters
     ----------
     axes : mapping
-        {name: values}, or one value.
+        {name: (low, high, count)} for so many values evenly from low to high, as --grid takes
+        them; {name: [value, ...]}, a list or an array; or {name: value}.
 
     Returns
     -------
@@ -107,15 +108,13 @@ def grid(axes: Mapping[str, Any]) -> Designs:
     Examples
     --------
     >>> import fivebar as fb
-    >>> fb.optimal_design.grid({"l1": [0.1, 0.2], "l2": [0.1, 0.2, 0.3], "d": 0.1})
-    <Designs: l1, l2, d, 6 rows>
+    >>> fb.optimal_design.grid({"l1": [0.1, 0.2], "l2": (0.1, 0.2, 5), "d": 0.1})
+    <Designs: l1, l2, d, 10 rows>
     """
     if not isinstance(axes, Mapping) or not axes:
-        raise TypeError(f"axes must be a table, as {{'l1': [0.08, 0.1]}}, not {shown(axes)}")
-    values = {name: np.atleast_1d(finite_numbers(value, name)) for name, value in axes.items()}
-    for name, value in values.items():
-        if value.ndim != 1 or not len(value):
-            raise ValueError(f"{name} must be a row of numbers, not {shown(axes[name])}")
+        raise TypeError(f"axes must be a table, as {{'l1': (0.08, 0.12, 5)}}, not {shown(axes)}")
+    check_known(axes, "grid")
+    values = {name: _axis(value, f"grid: {name}") for name, value in axes.items()}
     shape = tuple(len(value) for value in values.values())
     count = math.prod(shape)
     if count > MOST:
@@ -127,6 +126,19 @@ def grid(axes: Mapping[str, Any]) -> Designs:
 
     about = {"grid": {name: value.tolist() for name, value in values.items()}}
     return Designs(tuple(values), count, about, rows)
+
+
+def _axis(given, name):
+    """Return the values (n,) of one parameter of a grid."""
+    if isinstance(given, tuple):
+        if len(given) != 3:
+            words = "(low, high, count), or a list or array of values"
+            raise ValueError(f"{name} must be {words}, not {shown(given)}")
+        return np.linspace(*interval(given[:2], name), whole(1, 10**6)(given[2], f"{name}'s count"))
+    values = np.atleast_1d(finite_numbers(given, name))
+    if values.ndim != 1 or not len(values):
+        raise ValueError(f"{name} must be a row of numbers, not {shown(given)}")
+    return values
 
 
 def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
@@ -151,6 +163,7 @@ def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
     <Designs: l1, d, 1000 rows>
     """
     limits = limits_of(bounds)
+    check_known(limits, "sample")
     count = whole(1, MOST)(count, "count")
     seed = whole(0, 2**63)(seed, "seed")
     low, high = np.array(list(limits.values())).T

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -12,7 +11,7 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 
 from ..base.checks import a_callable, bounded, instance, optional, positive, shown
-from ..base.errors import SingularityError, UnreachableError
+from ..base.errors import SingularityError, UnreachableError, warn
 from ..base.progress import progress
 from ..base.robot_uses import takes_robot
 from ..control.laws import unstable_gains
@@ -161,7 +160,7 @@ def simulate(
         found = replace(fine, step_error=float(difference.max()))
     if found.events and (why := unstable()):
         words = f"the robot crosses {len(found.events)} singularities: {why}"
-        warnings.warn(words, RuntimeWarning, stacklevel=2)
+        warn(words, RuntimeWarning)
     return found
 
 

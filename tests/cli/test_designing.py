@@ -108,7 +108,7 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
             "--grid must be NAME=VALUE or LOW:HIGH:COUNT, not 'l1=0.1:0.2'",
         ),
         (["sweep", "bars", "--grid", "l1=0.1:x:3"], "--grid: 'x' is not a number"),
-        (["sweep", "bars", "--grid", "l1=0.1:0.2:2.5"], "--grid: 2.5 is no count"),
+        (["sweep", "bars", "--grid", "l1=0.1:0.2:2.5"], "grid: l1's count must be a whole number"),
         (["sweep", "bars", "--bound", "l1=0.1:0.2", *GRID], "--bound is of --sample N"),
         (
             ["sweep", "tip_speed", *GRID, *TABLE, "--motor", "big"],

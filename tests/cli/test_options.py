@@ -200,7 +200,7 @@ REFUSED = {
     "sweep bars": "not none",
     "sweep bars --grid l11=0.1 --triangle 5": "not --grid and --triangle",
     "sweep bars --grid l11=0.1 --bound l21=0.1:0.2": "--bound is of --sample N",
-    "sweep bars --grid l11=0.1:0.2:1.5": "--grid: 1.5 is no count",
+    "sweep bars --grid l11=0.1:0.2:1.5": "grid: l11's count must be a whole number",
     "sweep bars --grid l11=0.1::3": "--grid: a number is missing",
     "map --space joint --det-A 0.1": "are of task space only",
     "map --fits 0.1 -0.1": "--fits takes two sizes > 0",

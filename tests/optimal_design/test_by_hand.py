@@ -78,6 +78,11 @@ def test_the_triangle_has_all_points_of_its_grid(count):
     [
         (lambda: D.grid({"l1": np.zeros((2, 2))}), "l1 must be a row of numbers"),
         (lambda: D.grid({"l1": []}), "l1 must be"),
+        (lambda: D.grid({"l1": (0.05, 0.2)}), r"l1 must be \(low, high, count\), or a list"),
+        (lambda: D.grid({"l1": (0.05, 0.2, 2.5)}), "l1's count must be a whole number"),
+        (lambda: D.grid({"l1": (0.2, 0.05, 3)}), "l1 = .* is the wrong way round"),
+        (lambda: D.grid({"q": [1]}), "grid: no parameter 'q' of a design; the known ones are l1,"),
+        (lambda: D.sample({"q": (0, 1)}, 3), "sample: no parameter 'q' of a design"),
         (
             lambda: D.grid({"l1": np.ones(10**5), "l2": np.ones(10**4), "d": np.ones(10**4)}),
             r"grid: 1e\+13 designs are more than 1e\+12",

@@ -30,6 +30,15 @@ def test_usual_figures_are_those_of_the_regions():
     assert "bars (m): 0.43" in panels[1].get_xlabel()
 
 
+def test_robots_by_name_are_those_of_the_table():
+    with pytest.warns(UserWarning, match="fb.compare leaves out .*tool") as said:
+        compared = fb.compare({"a": "plotclock", "b": fb.ROBOTS["plotclock"]}, "bars")
+    assert {warning.filename for warning in said} == {__file__}
+    robot = fb.ROBOTS["plotclock"].robot
+    length = robot.l11 + robot.l12 + robot.l21 + robot.l22
+    assert compared.figures == {"a": {"bars": length}, "b": {"bars": length}}
+
+
 @pytest.mark.deep
 def test_designs_bring_their_task_and_place():
     table, space = (0.06, 0.04), {"l1": (0.08, 0.12), "l2": (0.1, 0.14), "task_y": (0.08, 0.14)}
@@ -48,7 +57,7 @@ def test_designs_bring_their_task_and_place():
 
 
 def test_what_does_not_compare_is_refused():
-    with pytest.raises(TypeError, match=r"compare: runs\['b'\] must be a FiveBar or .*, not 3"):
+    with pytest.raises(TypeError, match=r"compare: runs\['b'\] must be a robot, .*, not 3"):
         fb.compare({"a": fb.FiveBar(), "b": 3})
     with pytest.raises(ValueError, match="figures: det_A needs table="):
         fb.compare(ROBOTS, "det_A")

@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...base.checks import instance, modes, number, optional, seconds
+from ...base.errors import warn
 from ...base.robot_uses import takes_robot
 from ...constraints.constraints import ON_POSES, Constraints, kept_by
 from ...constraints.path_check import SAMPLES
@@ -149,18 +149,17 @@ def time_path(
             motions.append(replace(motion, path=path, lower_bound=bound))
         best = smoothed(motions, duration)
         if duration is None and best.gap > JERKY:
-            warnings.warn(
+            warn(
                 f"time_path: with the limit on jerk the motion takes {best.duration:.4g} s; the"
                 f" bound without it is {best.lower_bound:.4g} s. A larger deviation at the corners"
                 " may help",
                 RuntimeWarning,
-                stacklevel=4,
             )
         return best
     if duration is None:
         motion = _timed(asked, *refined(mesh, asked, gap, until))
         if motion.gap > max(gap, SLOW):
-            warnings.warn(f"time_path: {slowness(motion)}", RuntimeWarning, stacklevel=4)
+            warn(f"time_path: {slowness(motion)}", RuntimeWarning)
         return motion
     rest = math.fsum(stop.seconds for stop in path.stops)
     if not duration > rest:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import matplotlib
 from cycler import cycler
 
-from ...base.tables import TEXT
 from ..style import AMBER, BLACK, BLUE, GREEN, ORANGE, PINK, SKY
 from .panels import STYLES
 
@@ -32,7 +31,7 @@ def use_style() -> None:
     ...     matplotlib.rcParams["axes.prop_cycle"].by_key()["color"][:2]
     ['#0072B2', '#D55E00']
     """
-    matplotlib.rcParams |= TEXT | {
+    matplotlib.rcParams |= {
         "axes.prop_cycle": cycler(color=CYCLE),
         "axes.axisbelow": True,
         "axes.grid": True,
