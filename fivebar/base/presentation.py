@@ -30,17 +30,29 @@ def _presenters() -> Any:
 class Plotted:
     """A result with a picture."""
 
-    def plot(self, path: BinaryFile | None = None, **options: Any) -> Figure:
+    def plot(
+        self,
+        path: BinaryFile | None = None,
+        axes: Any = None,
+        width: str | float | None = None,
+        **options: Any,
+    ) -> Figure:
         """Return the Matplotlib figure of this result.
 
         Parameters
         ----------
         path : str, path or binary file, optional
             Where to write the figure: PNG, SVG or PDF by the ending of the name.
+        axes : Axes, sequence of Axes or {name: Axes}, optional
+            Panels of a figure of one's own: all of the picture's, or those named. A wrong name gets
+            a list of the names.
+        width : float, "column" or "page", optional
+            Of a new figure, mm: 88 of a journal's column, or 181 of its page, in letters of 7
+            points. As wide as the picture needs without.
         **options
             What the picture of this class takes besides: `help(fivebar.visualization.presenters)`.
         """
-        return _presenters().plot(self, path, **options)
+        return _presenters().plot(self, path, axes, width, **options)
 
     def _repr_html_(self) -> str:
         import html  # late, because a start without a notebook needs none of these

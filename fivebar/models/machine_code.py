@@ -12,6 +12,8 @@ import tempfile
 from functools import lru_cache
 from pathlib import Path
 
+from ..base.errors import warn
+
 
 def machine_code(function, jit=True):
     """Return a casadi.Function as machine code, from the cache folder or by the system's C

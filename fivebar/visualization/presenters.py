@@ -1,13 +1,14 @@
 """Which function draws which class: what `.plot()`, `.page()`, `.scene()` of results call.
 
-Options of `.plot()` besides `path`: `panels` of a linkage's Study, `robots` of a Front, `figure` of
-a Sweep, `field` of a DesignComparison.
+Options of `.plot()` besides `path`, `axes` and `width`: `panels` of a linkage's Study, `robots` of
+a Front, `tool` of a Plan, `figure` and `mark` of a Sweep, `field` of a DesignComparison.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from importlib import import_module
+from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 from ..base.tables import BinaryFile, saved
@@ -40,11 +41,21 @@ PLOTS = {
 }
 
 
-def plot(result: Any, path: BinaryFile | None, **options: Any) -> Figure:
+def plot(result: Any, path: BinaryFile | None, axes: Any, width: Any, **options: Any) -> Figure:
     """Draw a result; write the figure to `path` if given."""
-    module, name = PLOTS[type(result).__name__].split(".")
+    from .plot.sheets import Sheet
+
+    kind = type(result).__name__
+    module, name = PLOTS[kind].split(".")
     draw = getattr(import_module(f".plot.{module}", __package__), name)
-    return saved(draw(result, **options), path)
+    known = ["path", "axes", "width", *list(signature(draw).parameters)[2:]]
+    for option in options:
+        if option not in known:
+            words = f"no option {option!r}; it has {', '.join(known)}"
+            raise TypeError(f"the plot of a {kind} has {words}")
+    sheet = Sheet(axes, width)
+    with sheet.letters():
+        return saved(draw(result, sheet, **options), path)
 
 
 def page(result: Any, path: Any, show: Any, title: str | None) -> Page | LivePage | None:

@@ -30,9 +30,12 @@ LEGS = (BLUE, AZURE), (RUST, OCHRE)  # a hue for each leg, its bars dark and lig
 LINKS = BLUE, RUST, GREEN, OCHRE, AZURE, GREY  # of a linkage; pink is left to the path
 PATH, REFERENCE = "#BF65A2", GREEN
 INK = "#222222"
+# From −1 to 1, lighter all the way: a map printed in grey keeps its signs. Ink is seen on all.
+SIGNED_COLOURS = "#3f66a8", "#7d8fb3", "#b0afad", "#d9cb90", "#ffe680"
 BASE = "#888888"  # named, as GUIDE is, in plot/styles.toml
 GUIDE = "#d9d9d9"
 PALE = "#8a939c"
+NO_VALUE = "#ececec"  # ground of what is out of reach
 LENGTHS = "l11", "l12", "l21", "l22", "l1", "l2", "d"
 
 TYPE_1, ACROSS, TYPE_3 = ("Type 1: a leg in line", "Type 1: a bar across its guide", "Type 3")

@@ -125,7 +125,7 @@ plot.figure.text({...byNumber, text: {field: "text"}, text_align: "center", text
   text_font: FONT, text_font_size: "12px", text_font_style: "bold"});
 
 function palette(name) {
-  const {PuOr11, Cividis256} = Bokeh.Palettes;
+  const {Cividis256} = Bokeh.Palettes;
   const mixed = (colours, low, high) => Array.from({length: 257}, (_, k) => {
     const place = (low + (high - low) * k / 256) * (colours.length - 1);
     const first = Math.min(Math.floor(place), colours.length - 2);
@@ -133,7 +133,7 @@ function palette(name) {
     const between = part(0).map((a, c) => Math.round(a + (place - first) * (part(1)[c] - a)));
     return "#" + between.map(value => value.toString(16).padStart(2, "0")).join("");
   });
-  if (name === "diverging") return mixed(PuOr11, 0.14, 0.86).reverse();
+  if (name === "diverging") return mixed(field.signed.map(colour => parseInt(colour.slice(1) + "ff", 16)), 0, 1);
   const rising = mixed(Cividis256, 0.35, 1);
   return name === "rising" ? rising : rising.reverse();
 }

@@ -14,7 +14,7 @@ from ...paths.tool import MountedTool
 from ...singularities.passages import known_aspects
 from ..loci import map_loci
 from ..skeleton import robot_body
-from ..style import ALONG, DEXTEROUS, field_scale, robot_title
+from ..style import ALONG, DEXTEROUS, SIGNED_COLOURS, field_scale, robot_title
 from .document import packed
 from .samples import parts
 
@@ -87,6 +87,7 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
             "words": scale.words,
             "factor": scale.factor,
             "palette": scale.palette,
+            "signed": SIGNED_COLOURS,
             "limits": [scale.low, scale.high],
             "logarithmic": scale.logarithmic,
         },

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..style import COLOURS, signs
 from ..view.solids import circle
-from .panels import draw, draw_level, draw_points, finish, new_figure, note, plane
+from .panels import draw, draw_level, draw_points, finish, note, plane
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,12 +21,11 @@ if TYPE_CHECKING:
     from ...estimation.calibration.tip_error import TipError
 
 
-def draw_tip_error(result: TipError) -> Figure:
+def draw_tip_error(result: TipError, sheet: Sheet) -> Figure:
     """Draw a TipError: first order against Monte Carlo, and their ratio over the distance from
     Type 2.
     """
-    figure = new_figure(11.5, 5.2)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = sheet.mosaic([["errors", "ratio"]], (11.5, 5.2))
     linear = 1e3 * result.sd
     sampled = 1e3 * result.monte_carlo_sd
     good = np.isfinite(sampled) & (sampled > 0) & (linear > 0)
@@ -51,14 +51,12 @@ def draw_tip_error(result: TipError) -> Figure:
     return figure
 
 
-def draw_repeatability(result: Repeatability) -> Figure:
+def draw_repeatability(result: Repeatability, sheet: Sheet) -> Figure:
     """Draw a Repeatability: of nine poses at most points, barycentre and circle of RP."""
     count = min(len(result.points), 9)
-    columns = min(count, 3)
-    rows = -(-count // columns)
-    figure = new_figure(4.2 * columns, 4.6 * rows)
-    for k in range(count):
-        axes = figure.add_subplot(rows, columns, k + 1)
+    names = [f"pose {k + 1}" for k in range(count)]
+    figure, panels = sheet.grid(names, 3, 4.2, 4.6)
+    for k, axes in enumerate(panels):
         centre = result.barycentre[k]
         draw_points(axes, "mark.attained", result.points[k] - centre)
         draw(axes, "mark.barycentre", 0, 0)
@@ -67,14 +65,13 @@ def draw_repeatability(result: Repeatability) -> Figure:
         if result.commanded is not None and result.AP is not None:
             label = f"commanded, AP = {1e3 * result.AP[k]:.4g} mm"
             draw_points(axes, "mark.commanded", result.commanded[k] - centre, label=label)
-        plane(axes, 2, f"pose {k + 1}")
+        plane(axes, 2, names[k])
     return figure
 
 
-def draw_measurement_poses(result: MeasurementPoses) -> Figure:
+def draw_measurement_poses(result: MeasurementPoses, sheet: Sheet) -> Figure:
     """Draw MeasurementPoses: the points by their modes, joined in the order of the tour."""
-    figure = new_figure(7.2, 7.6)
-    axes = figure.add_subplot()
+    figure, (axes,) = sheet.mosaic([["poses"]], (7.2, 7.6))
     draw_points(axes, "line.leader", result.xi)
     modes = np.column_stack([result.working, result.assembly]).tolist()
     for k, mode in enumerate(dict.fromkeys(map(tuple, modes))):

@@ -12,7 +12,8 @@ from ...estimation.calibration.fit import residuals
 from ...estimation.calibration.measured_robot import FRAME, PLACE, UNITS
 from ...estimation.calibration.report import shown_in
 from ..style import BLUE, ORANGE, PALE, readable
-from .panels import STYLES, draw, draw_level, draw_points, finish, new_figure, note, plane
+from .panels import STYLES, draw, draw_level, draw_points, finish, note, plane
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,17 +23,16 @@ if TYPE_CHECKING:
 ARROW = 0.08  # of the picture's width: the longest arrow
 
 
-def draw_calibration(result: Calibration) -> Figure:
+def draw_calibration(result: Calibration, sheet: Sheet) -> Figure:
     """Draw a Calibration: misses before and after as arrows, misses by row, change of each
     unknown.
     """
-    figure = new_figure(12.5, 7.2)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.25, 1))
+    mosaic = [["residuals", "rows"], ["residuals", "unknowns"]]
+    figure, panels = sheet.mosaic(mosaic, (12.5, 7.2), width_ratios=(1.25, 1))
     known = np.isfinite(result.rows.points)
-    left = figure.add_subplot(grid[:, 0])
-    (_arrows if known.all(axis=1).any() else _numbers)(left, result)
-    (_rows if known.any() else _numbers)(figure.add_subplot(grid[0, 1]), result)
-    _unknowns(figure.add_subplot(grid[1, 1]), result)
+    (_arrows if known.all(axis=1).any() else _numbers)(panels[0], result)
+    (_rows if known.any() else _numbers)(panels[1], result)
+    _unknowns(panels[2], result)
     return figure
 
 

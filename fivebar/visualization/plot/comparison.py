@@ -10,9 +10,11 @@ import numpy as np
 from matplotlib.ticker import LogFormatter
 
 from ...singularities.maps import singularity_map
-from ..style import COLOURS, SIDES, largest_of, readable
-from .maps import singularity_map as draw_map
-from .panels import draw, draw_level, finish, new_figure, new_panels, over_time
+from ..style import COLOURS, SIDES, field_scale, largest_of, readable
+from .designs import quantity
+from .maps import MapPicture
+from .panels import draw, draw_level, finish, over_time
+from .sheets import Sheet, small_letters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from ...simulation.comparison import Comparison
 
 
-def draw_comparison(compared: Comparison) -> Figure:
+def draw_comparison(compared: Comparison, sheet: Sheet) -> Figure:
     """Draw a Comparison: errors, both motors' torques with their time at the limit, solve times
     where there are.
 
@@ -34,37 +36,41 @@ def draw_comparison(compared: Comparison) -> Figure:
         for k, (name, width) in enumerate(zip(runs, widths))
     ]
     logs = {name: run.log for name, run in runs.items() if getattr(run, "log", None) is not None}
-    figure = new_figure(12, 7.5)
-    grid = figure.add_gridspec(2, 2)
-    top = figure.add_subplot(grid[0, 0] if logs else grid[0, :])
+    over_t = ["errors", "left motor", "right motor"]
+    rows = [["errors", "solve time" if logs else "errors"], over_t[1:]]
+    figure, (top, *others) = sheet.mosaic(rows, (12, 7.5), over_t)
     _errors(top, compared, styles)
-    for motor, (side, _) in enumerate(SIDES):
-        axes = figure.add_subplot(grid[1, motor], sharex=top)
+    for motor, (axes, (side, _)) in enumerate(zip(others[-2:], SIDES)):
         ylabel = _torques(axes, list(runs.values()), styles, motor)
         over_time(axes, 3, ylabel, f"{side} motor")
     if logs:
         colours = {style["label"]: style["color"] for style in styles}
-        _solve_times(figure.add_subplot(grid[0, 1]), logs, colours)
+        _solve_times(others[0], logs, colours)
     return figure
 
 
-def draw_designs(compared: DesignComparison, field: str = "parallel") -> Figure:
-    """Draw the maps of a DesignComparison in the task's modes, to one scale, over their figures.
+def draw_designs(compared: DesignComparison, sheet: Sheet, field: str = "parallel") -> Figure:
+    """Draw the maps of a DesignComparison in the task's modes, to one scale, under their figures.
 
     field: of `fb.singularity_map`.
     """
-    robots, modes = compared.robots, [compared.task.working]
+    robots = compared.robots
     ends = [singularity_map(robot, field, shape=(21, 21)) for robot in robots.values()]
     corners = np.array([(data.x[0], data.x[-1], data.y[0], data.y[-1]) for data in ends])
     low, high = corners.min(axis=0), corners.max(axis=0)
     window = low[0], high[1], low[2], high[3]
-    height = 4.4 * (window[3] - window[2]) / (window[1] - window[0]) + 0.2 * len(compared.of)
-    figure, panels = new_panels(None, len(robots), 3, 4.4, height)
-    for axes, (name, robot) in zip(panels, robots.items()):
-        draw_map(singularity_map(robot, field, window=window), modes=modes, axes=axes)
-        lines = (f"{of.label}: {compared.words(name, of)}" for of in compared.of)
-        axes.set_title(name)
-        axes.set_xlabel("\n".join(["x (mm)", *lines]))
+    maps = [singularity_map(robot, field, window=window) for robot in robots.values()]
+    colours = max(map(field_scale, maps), key=lambda scale: scale.high)
+    kinds: dict[str, None] = {}
+    pictures = [MapPicture(data, colours, kinds=kinds) for data in maps]
+    values = {of.name: [compared.figures[name][of.name] for name in robots] for of in compared.of}
+    quantities = {name: quantity(name, np.array(row)) for name, row in values.items()}
+    figure, panels = sheet.grid(list(robots), 3, 4.0, pictures[0].shape)
+    for k, (axes, name, picture) in enumerate(zip(panels, robots, pictures)):
+        picture.draw(axes, compared.task.working)
+        lines = [of.value(values[each][k]).replace("nan", "-") for each, of in quantities.items()]
+        axes.set_title("\n".join([name, *lines]), fontsize=small_letters())
+    pictures[0].finish(figure, panels, sheet, len(values))
     return figure
 
 

@@ -4,29 +4,34 @@ robots.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import re
+from collections.abc import Mapping
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
 
+from ...base import checks
 from ...models.geometry import Pose, dgm, igm
 from ...models.robots import FiveBar
 from ...optimal_design.figures import FIGURES
 from ...optimal_design.task import SAMPLES, Task
 from ..skeleton import pose_body
-from ..style import BLACK, BLUE, RUST, largest_of, readable
+from ..style import BLACK, BLUE, NO_VALUE, RUST, largest_of, readable
 from .panels import (
     PALETTES,
     STYLES,
     draw,
     draw_points,
     draw_robot,
-    finish,
-    new_figure,
-    new_panels,
+    figure_legend,
     plane,
     set_window,
 )
+from .sheets import Sheet, small_letters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,125 +40,248 @@ if TYPE_CHECKING:
     from ...optimal_design.sweeps import Sweep
 
 MOST_POINTS = 200_000  # that a picture shows, evenly chosen
+MOST_PANELS = 9  # of a figure of merit; 3 where there are several
+LEVELS = 10  # of contours, about
 UNITS = {"m²": (1e4, "cm²"), "rad": (180 / np.pi, "deg")}  # shown in place of these
 
 
-def label(name: str) -> str:
-    """Return a figure of merit or a parameter with its unit."""
+class Quantity(NamedTuple):
+    """A figure of merit or a parameter, its unit, and the factor from SI units to that."""
+
+    words: str
+    unit: str
+    factor: float
+
+    def __str__(self) -> str:
+        return f"{self.words} ({self.unit})" if self.unit else self.words
+
+    def value(self, x: float) -> str:
+        """Return a number in SI units as it is written here, with its name."""
+        return f"{self.words} = {self.factor * x:.4g} {self.unit}".rstrip()
+
+
+def si_unit(name: str) -> str:
+    """Return the SI unit of a figure of merit or of a parameter, "" without one."""
     if name in FIGURES:
-        return FIGURES[name].label
-    if name[0] in "rfz" or name == "m":
-        return name
-    return f"{name} (m)"
+        return FIGURES[name].unit
+    return "" if name[0] in "rfz" or name == "m" else "m"
 
 
-def draw_sweep(sweep: Sweep, figure: str | None = None) -> Figure:
-    """Draw the figures of merit, or one of them, over what varies, and mark the best design."""
-    figures = [figure] if figure else list(sweep.figures)
-    columns = {name: sweep[name] for name in sweep.names}
-    values = {name: sweep[name] for name in figures}
-    good = np.flatnonzero(np.isfinite(list(values.values())).any(axis=0))
-    if not len(good):
-        raise ValueError(
-            f"there is nothing to draw: {' or '.join(figures)} is finite in none of {sweep.count}"
-            " designs"
-        )
-    if set(columns) == {"r1", "r2", "r3"} and np.ptp(sum(columns.values())) < 1e-9:
-        return _atlas(columns, values[figures[0]], good, figures[0])
-    varied = {name: column for name, column in columns.items() if np.ptp(column[good]) > 0}
-    scaled = {}
-    for name, column in (varied or columns).items():
-        words, factor = _words(name, column)
-        scaled[words] = factor * column
-    shown = {_words(name, column): (name, column) for name, column in values.items()}
-    if len(scaled) == 2:
-        drawing = _contours
-        picture, panels = new_panels(None, len(shown), 2, 5.4, 4.2)
-    else:
-        size = min(3.4 * len(scaled), 12) + 0.6, 3.4 * len(shown)
-        drawing = _curves
-        picture = new_figure(*size)
-        panels = picture.subplots(len(shown), len(scaled), sharey="row", squeeze=False)
-    for axes, ((words, factor), (name, column)) in zip(panels, shown.items()):
-        best = sweep.best(name)
-        drawing(picture, axes, scaled, factor * column, words, best[0] if len(best) else None)
-    return picture
+def label(name: str) -> str:
+    """Return a figure of merit or a parameter with its SI unit."""
+    return str(Quantity(name, si_unit(name), 1.0))
 
 
-def _words(name, column):
-    """Return a column's name with the unit in which it reads well, and the unit's factor."""
-    words = FIGURES[name].label if name in FIGURES else label(name)
-    start, _, unit = words.removesuffix(")").rpartition(" (")
+def quantity(name: str, column: np.ndarray) -> Quantity:
+    """Return a figure of merit or a parameter in the unit in which a column of it reads well."""
+    words = re.sub(r"^([lr])([0-9]+)$", r"$\1_{\2}$", name.replace("_", " "))
+    unit = si_unit(name)
     if unit in UNITS:
         factor, unit = UNITS[unit]
     elif unit in ("m", "N", "N m", "m/s"):
-        factor, unit = readable(largest_of(column), unit)
+        factor, unit = readable(largest_of(column), unit, 0.0)
     else:
-        return words, 1.0
-    return (f"{start} ({unit})", factor) if factor else (words, 1.0)
+        factor = 1.0
+    return Quantity(words, unit, factor)
 
 
-def _contours(picture, axes, varied, values, words, best):
-    """Fill a plane of two parameters by a figure of merit, with labelled levels."""
-    (first, x), (second, y) = varied.items()
-    good = np.flatnonzero(np.isfinite(values))
-    good = good[:: max(1, len(good) // MOST_POINTS)]
-    places = np.stack([x[good], y[good]])
-    if len(good) and np.linalg.matrix_rank(places - places[:, :1]) == 2:
-        filled = _filled(axes, *places, values[good], 10, PALETTES["lines"])
-    else:  # too few designs, or all on one line: there are no triangles between them
-        filled = axes.scatter(*places, c=values[good], s=12, cmap=PALETTES["lines"], lw=0)
-    picture.colorbar(filled, ax=axes, label=words)
-    if best is not None:
-        mark = dict(clip_on=False, label=f"best: {values[best]:.4g}")
-        draw(axes, "mark.chosen", [x[best]], [y[best]], **mark)
-    finish(axes, 1, xlabel=first, ylabel=second)
+def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any = None) -> Figure:
+    """Draw the figures of merit, or one of them, over what varies, and mark the best design.
+
+    Over two parameters they are filled contours. Over more there is a panel of the first two for
+    each combination of the others, of nine at most; of three where there are several figures.
+    mark: a chosen design, as {name: value}, by its number, or from `fb.design`.
+    """
+    names = [figure] if figure else list(sweep.figures)
+    columns = {name: sweep[name] for name in sweep.names}
+    values = {name: sweep[name] for name in names}
+    if not np.isfinite(list(values.values())).any():
+        raise ValueError(
+            f"there is nothing to draw: {' or '.join(names)} is finite in none of {sweep.count}"
+            " designs"
+        )
+    filled = {name: _with_value(name, column) for name, column in values.items()}
+    if set(columns) == {"r1", "r2", "r3"} and np.ptp(sum(columns.values())) < 1e-9:
+        return _atlas(sheet, columns, filled)
+    varied = [name for name, column in columns.items() if np.ptp(column) > 0] or list(columns)
+    over = [quantity(name, columns[name]) for name in varied]
+    factors = np.array([each.factor for each in over])
+    table = factors * np.stack([columns[name] for name in varied], axis=1)
+    chosen = [] if mark is None else [("chosen", "D", factors * _values_of(sweep, mark, varied))]
+    cells = _cells(table, MOST_PANELS if len(names) == 1 else 3)
+    merits = []
+    for name, column in (filled if cells else values).items():
+        of = quantity(name, column)
+        best = [(f"best: {of.value(column[k])}", "o", table[k]) for k in sweep.best(name)[:1]]
+        merits.append((of, of.factor * column, best + chosen))
+    if cells:
+        return _contours(sheet, table, over, merits, cells)
+    return _curves(sheet, table, over, merits)
 
 
-def _filled(axes, x, y, values, levels, palette):
-    """Fill a panel by values between points, with labelled levels; return what a bar explains."""
-    axes.clabel(axes.tricontour(x, y, values, levels, colors="k", linewidths=0.5), fontsize=7)
-    return axes.tricontourf(x, y, values, levels, cmap=palette)
+def _with_value(name, column):
+    """Return a column with nan where no contour may go: figures over poses are 0 or inf where the
+    task is not reached, or crosses Type 2, and next to there jump.
+    """
+    of_poses = name in FIGURES and FIGURES[name].kind == "poses"
+    jumps = (column == 0) if of_poses and column.any() else False
+    return np.where(np.isfinite(column) & ~np.asarray(jumps), column, np.nan)
 
 
-def _curves(picture, row, varied, values, words, best):
-    """Draw a figure of merit over each of some parameters."""
-    chosen = np.arange(len(values))[:: max(1, len(values) // MOST_POINTS)]
-    style = dict(marker=".", ls="none", ms=2, alpha=0.5) if len(varied) > 1 else {}
-    for axes, (parameter, column) in zip(np.atleast_1d(row), varied.items()):
-        order = chosen[np.argsort(column[chosen], kind="stable")]
-        axes.plot(column[order], values[order], color=BLUE, **style)
-        if best is not None:
-            draw(axes, "mark.chosen", [column[best]], [values[best]])
-        axes.set_xlabel(parameter)
-        axes.grid(alpha=0.25)
-    np.atleast_1d(row)[0].set_ylabel(words)
+def _values_of(sweep, mark, names):
+    """Return what a chosen design has of these parameters, (n,)."""
+    if isinstance(mark, Integral):
+        mark = sweep.design(mark)
+    parameters = getattr(mark, "parameters", mark)
+    if not isinstance(parameters, Mapping) or set(names) - set(parameters):
+        example = ", ".join(f"{name!r}: ..." for name in names)
+        raise ValueError(
+            f"mark must be {{{example}}}, a design's number or a Design, not {checks.shown(mark)}"
+        )
+    return np.array([checks.number(parameters[name], f"mark: {name}") for name in names])
 
 
-def _atlas(columns, values, good, name):
-    """Liu's plane of the design space r1 + r2 + r3 = 3: x = (2 r1 + r3) / sqrt 3, y = r3."""
-    x = (2 * columns["r1"] + columns["r3"]) / np.sqrt(3)
-    y = columns["r3"]
-    picture = new_figure(6.6, 4.4)
-    axes = picture.subplots()
-    filled = _filled(axes, x[good], y[good], values[good], 12, "viridis")
-    picture.colorbar(filled, label=name, shrink=0.75)
-    corners = np.array([(3, 0, 0), (0, 3, 0), (0, 1.5, 1.5), (1.5, 0, 1.5), (3, 0, 0)])
-    places = np.column_stack([(2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3), corners[:, 2]])
-    axes.plot(*places.T, color=BLACK, lw=1)
-    for (a, b, c), place, side in zip(corners, places, ("left", "right", "right", "left")):
-        offset = dict(xytext=(4 if side == "left" else -4, 3), textcoords="offset points")
-        axes.annotate(f"({a:g}, {b:g}, {c:g})", place, ha=side, fontsize=7, **offset)
-    axes.margins(0.16, 0.1)
-    axes.set(xlabel=r"$(2 r_1 + r_3) / \sqrt{3}$", ylabel=r"$r_3$", title=r"$r_1 + r_2 + r_3 = 3$")
-    axes.set_aspect("equal")
+def _cells(table, most):
+    """Return the numbers of the designs in each panel over the first two of what varies; none for
+    designs that are no grid of the others.
+    """
+    if table.shape[1] < 2:
+        return []
+    _, cell = np.unique(table[:, 2:].round(12), axis=0, return_inverse=True)
+    count = cell.max() + 1
+    if len(table) < 4 * count > 4:
+        return []
+    picked = np.unique(np.linspace(0, count - 1, most).round())
+    return [np.flatnonzero(cell.ravel() == k) for k in picked]
+
+
+def _contours(sheet, table, over, merits, cells):
+    """Fill planes of two parameters by figures of merit, with labelled levels."""
+    titles = []
+    for inside in cells:
+        held = zip(over[2:], table[inside[0], 2:] / [each.factor for each in over[2:]])
+        titles.append(", ".join(each.value(x) for each, x in held))
+    names = [", ".join(filter(None, (of.words, title))) for of, *_ in merits for title in titles]
+    picture, panels = sheet.grid(names, 2 if len(cells) == 1 else 3, 4.4, 3.6)
+    for here, (of, column, marks) in zip(np.reshape(panels, (-1, len(cells))), merits):
+        levels = _levels(column)
+        for axes, inside, title in zip(here, cells, titles):
+            filled = _filled(axes, *table[inside, :2].T, column[inside], levels)
+            axes.set(xlabel=str(over[0]), ylabel=str(over[1]))
+            axes.set_title(title, fontsize=small_letters())
+        for words, marker, row in marks:
+            away = [np.abs(table[inside[0], 2:] - row[2:]).sum() for inside in cells]
+            axes = here[np.argmin(away)]
+            draw(axes, "mark.chosen", *row[:2, None], marker=marker, clip_on=False, label=words)
+        here[0].figure.colorbar(filled, ax=list(here), label=str(of))
+    ground = []
+    if any(np.isnan(column).any() for _, column, _ in merits):
+        ground = [Patch(fc=NO_VALUE, ec="0.7", label="out of reach, or across Type 2")]
+    return _explained(picture, panels, sheet, ground)
+
+
+def _levels(column):
+    known = column[np.isfinite(column)]
+    ends = (known.min(), known.max()) if len(known) else (0, 1)
+    return MaxNLocator(LEVELS).tick_values(*ends)
+
+
+def _filled(axes, x, y, values, levels):
+    """Fill a panel by values at points, with labelled levels, where all corners of a cell have one;
+    return what a bar explains.
+    """
+    known = np.flatnonzero(np.isfinite(values))
+    known = known[:: max(1, len(known) // MOST_POINTS)]
+    colours = dict(cmap=PALETTES["lines"], vmin=levels[0], vmax=levels[-1])
+    filled = axes.scatter(x[known], y[known], c=values[known], s=6, lw=0, zorder=0, **colours)
+    axes.set_facecolor(NO_VALUE)
+    for limits, column in ((axes.set_xlim, x), (axes.set_ylim, y)):
+        if np.ptp(column):
+            limits(column.min(), column.max())
+    columns, i = np.unique(x, return_inverse=True)
+    rows, j = np.unique(y, return_inverse=True)
+    field: tuple
+    cut: dict
+    if len(columns) * len(rows) <= 2 * len(x):
+        table = np.full((len(rows), len(columns)), np.nan)
+        table[j, i] = values
+        corners = np.stack([table[1:, 1:], table[:-1, 1:], table[1:, :-1], table[:-1, :-1]])
+        whole = np.isfinite(corners).all(axis=0)
+        field, cut = (columns, rows, np.ma.masked_invalid(table)), dict(corner_mask=False)
+        fill, lines = axes.contourf, axes.contour
+    elif np.linalg.matrix_rank(np.stack([x - x[0], y - y[0]])) == 2:
+        # In squares, so that the triangles are those of neighbours.
+        corners = Triangulation(x / np.ptp(x), y / np.ptp(y)).triangles
+        whole = np.isfinite(values[corners]).all(axis=1)
+        field, cut = (Triangulation(x, y, corners, ~whole), np.nan_to_num(values)), {}
+        fill, lines = axes.tricontourf, axes.tricontour
+    else:
+        return filled
+    if whole.any():
+        filled = fill(*field, levels, **colours, **cut)
+        low, high = values[known].min(), values[known].max()
+        if len(inner := levels[(levels > low) & (levels < high)]):
+            drawn = lines(*field, inner, colors="k", linewidths=0.5, **cut)
+            axes.clabel(drawn, fontsize=small_letters() - 1)
+    return filled
+
+
+def _explained(picture, panels, sheet, more=()):
+    """Return a picture; a new one with the names of marks under it."""
+    if sheet.axes is None:
+        handles = [handle for axes in panels for handle in axes.get_legend_handles_labels()[0]]
+        by_label = {handle.get_label(): handle for handle in [*handles, *more]}
+        columns = max(1, int(picture.get_figwidth() / 2.6))
+        figure_legend(picture, list(by_label.values()), columns, markerscale=0.6)
+        for panel in panels:
+            panel.label_outer()
     return picture
 
 
-def draw_design(design: Design) -> Figure:
+def _curves(sheet, table, over, merits):
+    """Draw figures of merit over each of some parameters."""
+    rows = [[f"{of.words} over {each.words}" for each in over] for of, *_ in merits]
+    picture, panels = sheet.mosaic(rows, (min(3.4 * len(over), 12) + 0.6, 3.4 * len(rows)))
+    points = np.arange(len(table))[:: max(1, len(table) // MOST_POINTS)]
+    style = dict(marker=".", ls="none", ms=2, alpha=0.5) if len(over) > 1 else {}
+    for row, (of, column, marks) in zip(np.reshape(panels, (len(rows), -1)), merits):
+        for k, axes in enumerate(row):
+            order = points[np.argsort(table[points, k], kind="stable")]
+            axes.plot(table[order, k], column[order], color=BLUE, **style)
+            for words, marker, place in marks:
+                nearest = np.nanargmin(np.abs(table - place).sum(axis=1))
+                value = column[nearest]
+                draw(axes, "mark.chosen", place[k], value, marker=marker, label=words)
+            axes.set(xlabel=str(over[k]), ylabel="" if k else str(of))
+            axes.grid(alpha=0.25)
+    return _explained(picture, panels, sheet)
+
+
+def _atlas(sheet, columns, values):
+    """Liu's plane of the design space r1 + r2 + r3 = 3: x = (2 r1 + r3) / sqrt 3, y = r3."""
+    x = (2 * columns["r1"] + columns["r3"]) / np.sqrt(3)
+    y = columns["r3"]
+    corners = np.array([(3, 0, 0), (0, 3, 0), (0, 1.5, 1.5), (1.5, 0, 1.5), (3, 0, 0)])
+    places = np.column_stack([(2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3), corners[:, 2]])
+    picture, panels = sheet.grid(list(values), 2, 6.1, 3.9)
+    for axes, (name, column) in zip(panels, values.items()):
+        of = quantity(name, column)
+        filled = _filled(axes, x, y, of.factor * column, _levels(of.factor * column))
+        axes.figure.colorbar(filled, ax=axes, label=str(of), shrink=0.75)
+        axes.plot(*places.T, color=BLACK, lw=1)
+        for (a, b, c), place, side in zip(corners, places, ("left", "right", "right", "left")):
+            offset = dict(xytext=(4 if side == "left" else -4, 3), textcoords="offset points")
+            axes.annotate(f"({a:g}, {b:g}, {c:g})", place, ha=side, fontsize=7, **offset)
+        axes.set(facecolor="none", xlim=(-0.6, 4.1), ylim=(-0.15, 1.65), aspect="equal")
+        axes.set(xlabel=r"$(2 r_1 + r_3) / \sqrt{3}$", ylabel=r"$r_3$")
+        axes.set_title(r"$r_1 + r_2 + r_3 = 3$")
+    return picture
+
+
+def draw_design(design: Design, sheet: Sheet) -> Figure:
     """Draw a robot over its table."""
-    picture = new_figure(4.6, 4.2)
-    _robots([picture.subplots()], [design])
+    picture, panels = sheet.mosaic([["robot"]], (4.6, 4.2))
+    _robots(panels, [design])
     return picture
 
 
@@ -214,19 +342,19 @@ def _robots(panels, designs):
         axes.label_outer()
 
 
-def draw_front(front: Front, robots: int = 5) -> Figure:
+def draw_front(front: Front, sheet: Sheet, robots: int = 5) -> Figure:
     """Draw a front, and robots along it, to one scale, with their numbers in the front's order."""
-    goals = [f"{label(name)}, {way}" for name, way in front.goals.items()]
-    x, y, *more = (front[name] for name in front.goals)
+    goals = [quantity(name, front[name]) for name in front.goals]
+    x, y, *more = (goal.factor * front[name] for goal, name in zip(goals, front.goals))
+    titles = [f"{goal}, {way}" for goal, way in zip(goals, front.goals.values())]
     places = np.linspace(0, len(front) - 1, min(robots, len(front)))
     chosen = {int(k) + 1: k for k in np.unique(places.round().astype(int))}
-    picture = new_figure(11, 7.2)
-    halves: Any = picture.subfigures(2, 1, height_ratios=(1.35, 1))
-    top, bottom = halves
-    axes = top.subplots()
+    names = [f"robot {number}" for number in chosen]
+    rows = [["front"] * len(names), names]
+    picture, (axes, *panels) = sheet.mosaic(rows, (11, 7.2), height_ratios=(1.35, 1))
     if more:
         points = axes.scatter(x, y, c=more[0], cmap=PALETTES["lines"], s=36, zorder=2)
-        top.colorbar(points, label=goals[2])
+        axes.figure.colorbar(points, ax=axes, label=titles[2])
     else:
         draw(axes, "mark.front", x, y)
     text = dict(textcoords="offset points", color=RUST, weight="bold")
@@ -234,13 +362,12 @@ def draw_front(front: Front, robots: int = 5) -> Figure:
         draw(axes, "mark.chosen", x[k], y[k])
         axes.annotate(str(number), (x[k], y[k]), (9, 7), **text)
     axes.margins(0.06, 0.1)
-    axes.set(xlabel=goals[0], ylabel=goals[1])
+    axes.set(xlabel=titles[0], ylabel=titles[1])
     axes.grid(alpha=0.25)
-    panels = bottom.subplots(1, len(chosen), sharey=True, squeeze=False)[0]
     _robots(panels, [front.designs[k] for k in chosen.values()])
     for panel, (number, k) in zip(panels, chosen.items()):
         parameters = front.designs[k].parameters.items()
         lengths = [f"{name} {1e3 * value:.4g}" for name, value in parameters if name[0] in "ld"]
         unit = " mm" if lengths else ""
-        panel.set_title(f"robot {number}\n{', '.join(lengths)}{unit}", fontsize=8)
+        panel.set_title(f"robot {number}\n{', '.join(lengths)}{unit}", fontsize=small_letters())
     return picture

@@ -13,7 +13,8 @@ from ...models.geometry import igm
 from ...paths.placement import Placement
 from ..skeleton import pose_body
 from ..style import INK, REFERENCE, readable, signs
-from .panels import PALETTES, draw_loci_of, draw_points, draw_robot, given_panels, new_figure, plane
+from .panels import PALETTES, draw_loci_of, draw_points, draw_robot, plane
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -89,15 +90,16 @@ def drawing(
     pad = 0.06 * (high - low).max()
     low = low - pad
     high = high + pad
-    if axes is None:
-        axes = _new_panels(high - low, bool(len(drawn)))
-    figure, (left, top, *others) = given_panels(axes, 2 + bool(len(drawn)))
+    width, height = high - low
+    rows = [["robot", "desired"], ["robot", "drawn"]][: 1 + bool(len(drawn))]
+    size = WIDTH, float(np.clip(1.24 * WIDTH * height / width + 1.6, 5.0, 11.0))
+    figure, (left, top, *others) = Sheet(axes).mosaic(rows, size, width_ratios=(1, 1.55))
     _robot(left, robot, working, strokes, tool, frame)
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
     panels = [(top, "desired drawing")]
     for bottom in others:
-        error = _draw_errors(figure, bottom, drawn, errors)
+        error = _draw_errors(bottom, drawn, errors)
         panels.append((bottom, f"drawn by {by}, largest error {error}"))
     for corners in sheet:
         for panel in (left, *(panel for panel, _ in panels)):
@@ -110,18 +112,7 @@ def drawing(
     return figure
 
 
-def _new_panels(size, drawn):
-    """Return the panels of a new figure: the robot's beside those of strokes in a window (2,)."""
-    shape = 1.24 * WIDTH * size[1] / size[0] + 1.6
-    figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
-    rows = [0, 1] if drawn else [slice(None)]
-    return [
-        figure.add_subplot(grid[row]) for row in [(slice(None), 0), *((row, 1) for row in rows)]
-    ]
-
-
-def _draw_errors(figure, axes, drawn, errors):
+def _draw_errors(axes, drawn, errors):
     """Draw strokes coloured by their errors and return the largest error in words."""
     largest = max(float(error.max()) for error in errors)
     scale, unit = readable(largest, "m")
@@ -133,11 +124,11 @@ def _draw_errors(figure, axes, drawn, errors):
     lines = LineCollection(segments, cmap=PALETTES["lines"].reversed(), lw=1.8, capstyle="round")
     lines.set(array=np.concatenate(colours), clim=(0.0, scale * largest or 1.0))
     axes.add_collection(lines)
-    figure.colorbar(lines, ax=axes, label=f"error ({unit})", fraction=0.05, pad=0.02)
+    axes.figure.colorbar(lines, ax=axes, label=f"error ({unit})", fraction=0.05, pad=0.02)
     return f"{scale * largest:.3g} {unit}"
 
 
-def draw_path(path: Path) -> Figure:
+def draw_path(path: Path, sheet: Sheet) -> Figure:
     """Draw a Path: strokes, dotted lines where the pen is up, and the points of rest."""
     piece, share = np.meshgrid(np.arange(len(path.pieces)), np.linspace(0, 1, 33), indexing="ij")
     lengths = np.array([piece.length for piece in path.pieces])
@@ -146,8 +137,8 @@ def draw_path(path: Path) -> Figure:
     rests = path.drawn(np.array([stop.s for stop in stops]))[0]
     pen = np.array(path.pen)
     width, height = np.maximum(np.ptp(points.reshape(-1, 2), axis=0), 1e-12)
-    figure = new_figure(7, min(max(7 * height / width, 1.5), 7) + 1.2)
-    axes = figure.add_subplot()
+    size = 7, min(max(7 * height / width, 1.5), 7) + 1.2
+    figure, (axes,) = sheet.mosaic([["path"]], size)
     pen_up: dict = dict(color=INK, lw=0.8, ls=(0, (1, 2)), label="pen up")
     for down, style in ((True, dict(color=REFERENCE, lw=1.6, label="pen down")), (False, pen_up)):
         if (pen == down).any():

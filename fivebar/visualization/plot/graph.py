@@ -8,13 +8,13 @@ from itertools import islice, permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch
 
 from ...singularities.locus import MODES
 from ...singularities.passages import known_aspects, passages
-from ..style import SIDES, signs
-from .panels import STYLES, new_panels
+from ..style import INK, SIDES, signs
+from .panels import STYLES, figure_legend
+from .sheets import Sheet, inches_across
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from ...models.robots import FiveBar
 
+CENTRED: dict = dict(color=INK, ha="center", va="center")
 RING = 0.29  # radius, of the nodes of one pair of modes, which are 1 apart
 ANGLES = np.pi / 8 * np.arange(16)  # by which a ring may be turned
 ORDERS = 24  # of a ring's nodes, at most
@@ -40,7 +41,8 @@ def aspect_graph(robot: FiveBar, axes: Axes | None = None) -> Figure:
     robot : FiveBar
         The robot.
     axes : Axes, optional
-        A panel of a figure of one's own; a new figure without.
+        A panel of a figure of one's own, whose lines have their names for its legend, in letters
+        that suit its width; a new figure without.
 
     Returns
     -------
@@ -53,17 +55,19 @@ def aspect_graph(robot: FiveBar, axes: Axes | None = None) -> Figure:
         As `aspects`.
     """
     regions = known_aspects(robot)
-    figure, (axes,) = new_panels(axes, 1, 1, 6.7, 6.9)
-    axes.set_axis_off()
-    axes.set(xlim=(-1.02, 1.02), ylim=(-1.02, 1.02), aspect="equal")
+    figure, (panel,) = Sheet(axes).mosaic([["aspects"]], (7.2, 7.4))
+    size = min(max(inches_across(panel) / 5.5, 0.5), 1.0)
+    panel.set_axis_off()
+    panel.set(xlim=(-1.02, 1.02), ylim=(-1.02, 1.02), aspect="equal")
     for x, y in MODES:
-        words = f"working modes ({signs(x, y)})"
-        axes.text(x / 2, 0.98 * y, words, **STYLES["graph.modes"])
+        words = f"working modes ({signs(x, y)})" if size > 0.8 else f"({signs(x, y)})"
+        panel.text(x / 2, 0.98 * y, words, fontsize=max(10 * size, 6), **CENTRED)
     lines = passages(robot)
     places, bows = arranged(regions, [passage.between for passage in lines])
     for region in regions:
         x, y = places[region.number]
-        label = axes.text(x, y, str(region.number), **STYLES["graph.number"])
+        style = dict(fontsize=11 * size, fontweight="bold", zorder=3)
+        label = panel.text(x, y, str(region.number), **CENTRED | style)
         label.set_bbox(STYLES[f"graph.node{region.assembly:+d}"])
     drawn = set()
     for passage, bow in zip(lines, bows):
@@ -72,11 +76,13 @@ def aspect_graph(robot: FiveBar, axes: Axes | None = None) -> Figure:
         start, end = (places[number] for number in passage.between)
         style = STYLES[kind] | {"label": None, "connectionstyle": f"arc3,rad={bow}"}
         line = FancyArrowPatch(start, end, arrowstyle="-", shrinkA=0, shrinkB=0, **style)
-        axes.add_patch(line)
+        panel.add_patch(line)
     drawn |= {f"graph.assembly{region.assembly:+d}" for region in regions}
-    handles = [Line2D([], [], **style) for kind, style in STYLES.items() if kind in drawn]
-    place: dict = dict(loc="upper center", bbox_to_anchor=(0.5, 0), ncols=2, handlelength=3.2)
-    axes.legend(handles=handles, fontsize="small", frameon=False, **place)
+    for kind, style in STYLES.items():
+        if kind in drawn:
+            panel.plot([], [], **style)
+    if axes is None:
+        figure_legend(figure, panel.get_legend_handles_labels()[0], 2)
     return figure
 
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..style import SIDES
-from .panels import draw_measured, new_figure, over_time
+from .panels import draw_measured, over_time
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from ...estimation.identification.result import Identification
 
 
-def draw_identification(result: Identification) -> Figure:
+def draw_identification(result: Identification, sheet: Sheet) -> Figure:
     """Draw an Identification: a row for its run, and one for the run it was tried on, if any."""
     if not len(result.t):
         raise ValueError(
@@ -26,9 +27,9 @@ def draw_identification(result: Identification) -> Figure:
     runs: dict = {"the log": result}
     if result.validation is not None:
         runs["second run"] = result.validation
-    figure = new_figure(12, 3.6 * len(runs))
-    panels = figure.subplots(len(runs), 2, squeeze=False)
-    for row, (name, run) in zip(panels, runs.items()):
+    mosaic = [[f"{side} motor, {name}" for side, _ in SIDES] for name in runs]
+    figure, panels = sheet.mosaic(mosaic, (12, 3.6 * len(runs)))
+    for row, (name, run) in zip(np.reshape(panels, (-1, 2)), runs.items()):
         # Several logs, each from 0 on, are not joined.
         breaks = np.flatnonzero(np.diff(run.t, prepend=run.t[:1]) < 0)
         t = np.insert(run.t, breaks, np.nan)

@@ -6,14 +6,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
 from ..style import COLOURS, DASHES, group_words, largest_of, of_unit, shown_unit
-from .panels import STYLES, draw, draw_points, new_figure, note, over_time, plane
+from .panels import STYLES, draw, draw_points, note, over_time, plane
+from .sheets import Sheet, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,20 +31,21 @@ VECTOR_METHOD = {
 }
 
 
-def draw_study(study: Study, panels: Sequence | None = None) -> Figure:
+def draw_study(study: Study, sheet: Sheet, panels: Sequence | None = None) -> Figure:
     """Draw a Study: the linkage with its traced path, and a panel over time for each list of
     quantity names.
     """
     panels = usual_panels(study) if panels is None else panels
-    figure = new_figure(12, max(5.0, 2.1 * len(panels) + 0.6))
-    figure.suptitle(study.linkage.title)
-    grid = figure.add_gridspec(len(panels), 2, width_ratios=(1, 1.25))
+    of_panel = {", ".join(names): names for names in panels}
+    shape = 12, max(5.0, 2.1 * len(of_panel) + 0.6)
+    rows = [["linkage", name] for name in of_panel]
+    figure, (picture, *over_t) = sheet.mosaic(rows, shape, of_panel, width_ratios=(1, 1.25))
+    if sheet.axes is None:
+        figure.suptitle(study.linkage.title)
     body = study_body(study)
     size = largest_of(body.points)
-    _picture(figure.add_subplot(grid[:, 0]), study, body)
-    axes: Any = None
-    for row, names in enumerate(panels):
-        axes = figure.add_subplot(grid[row, 1], sharex=axes)
+    _picture(picture, study, body)
+    for row, (axes, names) in enumerate(zip(over_t, of_panel.values())):
         title, labels = group_words(names)
         columns = [study[name] for name in names]
         scale, shown = shown_unit(columns, unit(names[0]), size, degrees=True)
@@ -52,7 +54,7 @@ def draw_study(study: Study, panels: Sequence | None = None) -> Figure:
         if study.lock:
             label = "the mechanism locks" if row == 0 else None
             axes.axvline(study.lock[1], **STYLES["line.limit"], label=label)
-        over_time(axes, 5, f"({shown})", title, last=row == len(panels) - 1)
+        over_time(axes, 5, f"({shown})", title, last=row == len(over_t) - 1)
     return figure
 
 

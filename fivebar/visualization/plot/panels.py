@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.figure import Figure
 from matplotlib.transforms import Affine2D
 
 from ...paths.placement import Placement
@@ -18,9 +17,11 @@ from ...singularities.margins import Singularity
 from .. import style as names
 from ..loci import tool_loci
 from ..style import INK, SIDES, readable
+from .sheets import small_letters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
     from ...models.robots import Biglide, FiveBar, Words
@@ -28,12 +29,12 @@ if TYPE_CHECKING:
     from ..skeleton import Skeleton
 
 
-def in_frame(figure: Figure, frame: Placement) -> Figure:
-    """Return a figure whose panels of the plane, in mm, are moved from the robot's own frame to the
-    measuring one.
+def in_frame(figure: Figure, frame: Placement, scale: float = 1e3) -> Figure:
+    """Return a figure whose panels of the plane, `scale` to a metre, are moved from the robot's own
+    frame to the measuring one.
     """
     z = frame.turned
-    move = Affine2D.from_values(z.real, z.imag, -z.imag, z.real, *(1e3 * np.array(frame.shift)))
+    move = Affine2D.from_values(z.real, z.imag, -z.imag, z.real, *(scale * np.array(frame.shift)))
     panels = [axes for axes in figure.axes if axes.get_aspect() == 1]
     if frame == Placement() or not panels:
         return figure
@@ -58,7 +59,7 @@ def _part(name, low, high):
 # All keep their order for colour-blind eyes; without their darkest ends, on which no line would be
 # seen, and without the yellow, which is not seen on white.
 PALETTES = {
-    "diverging": _part("PuOr", 0.14, 0.86),
+    "diverging": LinearSegmentedColormap.from_list("signed", names.SIGNED_COLOURS, 257),
     "rising": _part("cividis", 0.35, 1.0),
     "lines": _part("viridis", 0.0, 0.78),
 }
@@ -87,36 +88,6 @@ def _styles():
 STYLES = _styles()
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """Return a figure of this size in inches, without a window."""
-    return Figure(figsize=(width, height), layout="constrained")
-
-
-def new_panels(
-    axes: Any, count: int, columns: int, width: float, height: float
-) -> tuple[Figure, np.ndarray]:
-    """Return a figure and its panels, (count,): those of `axes` where they are given, else new
-    ones in rows of `columns`, each so wide and high in inches.
-    """
-    if axes is not None:
-        return given_panels(axes, count)
-    columns = min(columns, count)
-    rows = -(-count // columns)
-    figure = new_figure(width * columns + 0.5, height * rows + 0.5)
-    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    for unused in panels[count:]:
-        unused.remove()
-    return figure, panels[:count]
-
-
-def given_panels(axes: Any, count: int) -> tuple[Figure, np.ndarray]:
-    """Return the figure of axes and these as panels, (count,)."""
-    panels = np.ravel(axes)
-    if len(panels) != count:
-        raise ValueError(f"axes: {len(panels)} of them for {count} panels")
-    return panels[0].figure, panels
-
-
 def finish(axes: Axes, columns: int, **words) -> None:
     """Set labels, title and limits of a panel, a pale grid, and its legend under it."""
     axes.set(**words)
@@ -124,13 +95,13 @@ def finish(axes: Axes, columns: int, **words) -> None:
     # In letters, so that it clears the labels whatever the panel's height.
     pad = 5 if axes.get_xlabel() else 2.5
     place: dict = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
-    axes.legend(ncols=columns, fontsize=8, frameon=False, **place)
+    axes.legend(ncols=columns, fontsize=small_letters(), frameon=False, **place)
 
 
-def figure_legend(figure: Figure, handles: list, columns: int) -> None:
+def figure_legend(figure: Figure, handles: list, columns: int, **style: Any) -> None:
     """Put a legend under all panels of a figure."""
-    place: dict = dict(loc="outside lower center", ncols=columns, handlelength=3.2)
-    figure.legend(handles=handles, fontsize="small", frameon=False, **place)
+    place: dict = dict(loc="outside lower center", ncols=columns, handlelength=3.2) | style
+    figure.legend(handles=handles, fontsize=small_letters(), frameon=False, **place)
 
 
 def plane(axes: Axes, columns: int = 0, title: str = "") -> None:
@@ -162,7 +133,13 @@ def draw_points(axes: Axes, kind: str, points: ArrayLike, **more) -> None:
 
 def note(axes: Axes, text: str, point: np.ndarray) -> None:
     """Write a note beside a point (2,) m."""
-    axes.annotate(text, tuple(1e3 * point), xytext=(6, 5), **STYLES["text.note"])
+    axes.annotate(
+        text,
+        tuple(1e3 * point),
+        xytext=(6, 5),
+        fontsize=small_letters(),
+        textcoords="offset points",
+    )
 
 
 def draw_level(axes: Axes, kind: str, *levels: float, **more) -> None:

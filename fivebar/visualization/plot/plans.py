@@ -24,11 +24,11 @@ from .panels import (
     draw_torques,
     finish,
     mark_crossing,
-    new_figure,
     over_time,
     plane,
     set_window,
 )
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,14 +37,15 @@ if TYPE_CHECKING:
     from ...planning.plans import Plan
 
 
-def draw_plan(plan: Plan, tool: Tool | None = None) -> Figure:
+def draw_plan(plan: Plan, sheet: Sheet, tool: Tool | None = None) -> Figure:
     """Draw a Plan: path with the robot at both ends, torques, sines of both legs and det A.
 
     Where its modes are free, the loci are those of any modes. tool: whose path is drawn then, with
     the loci that it sees in the modes of the start.
     """
-    figure = new_figure(12, 7)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
+    over_t = "torques", "sines"
+    rows = [["path", name] for name in over_t]
+    figure, (path, *right) = sheet.mosaic(rows, (12, 7), over_t, width_ratios=(1, 1.1))
     # Every interval at both of its ends: torques may jump from one to the next.
     k, sigma = np.meshgrid(np.arange(len(plan.pieces.xi)), np.linspace(0, 1, 21), indexing="ij")
     k = k.ravel()
@@ -53,12 +54,10 @@ def draw_plan(plan: Plan, tool: Tool | None = None) -> Figure:
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
     crossed = [(Singularity(kind), place) for _, kind, _, place, _ in crossings(t, pose)]
-    _path(figure.add_subplot(grid[:, 0]), plan, pose, crossed, tool)
-    top = figure.add_subplot(grid[0, 1])
-    _torques(top, plan, t, motion[:, -2:])
-    bottom = figure.add_subplot(grid[-1, 1], sharex=top)
-    _sines(bottom, plan, t, pose)
-    for axes in (top, bottom):
+    _path(path, plan, pose, crossed, tool)
+    _torques(right[0], plan, t, motion[:, -2:])
+    _sines(right[1], plan, t, pose)
+    for axes in right:
         for kind, place in crossed:
             mark_crossing(axes, t[place], kind)
     return figure

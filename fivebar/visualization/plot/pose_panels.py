@@ -12,7 +12,8 @@ from ...base.errors import SingularityError
 from ...models.geometry import Pose
 from ..skeleton import pose_body
 from ..style import PATH, signs
-from .panels import draw_points, draw_robot, new_panels, plane, set_window
+from .panels import draw_points, draw_robot, plane, set_window
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,7 +79,9 @@ def pose(
     width, height = np.ptp(points.reshape(-1, 2), axis=0)
     margin = 0.24 * max(width, height)
     shape = (height + margin) / (width + margin)
-    figure, panels = new_panels(axes, len(modes), IN_A_ROW, WIDTH, WIDTH * shape + 0.35)
+    figure, panels = Sheet(axes).grid(
+        [f"pose {k + 1}" for k in range(len(modes))], IN_A_ROW, WIDTH, WIDTH * shape + 0.35
+    )
     if ellipse is not None:
         ends = _ends(poses, one_of(*ELLIPSES)(ellipse, "ellipse"))
         sizes = np.linalg.norm(ends, axis=-1).max(axis=-1)

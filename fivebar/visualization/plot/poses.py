@@ -21,7 +21,8 @@ from matplotlib.lines import Line2D
 
 from ...base.progress import progress
 from ..view.machine import SHADOW_OFFSET
-from .panels import figure_legend, new_figure
+from .panels import figure_legend
+from .sheets import new_figure
 
 if TYPE_CHECKING:
     from ..view.scenes import Scene

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..style import SIDES, readable
-from .panels import draw, draw_measured, draw_points, new_figure, over_time, plane
+from .panels import draw, draw_measured, draw_points, over_time, plane
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,17 +16,16 @@ if TYPE_CHECKING:
     from ...estimation.logs.replays import Replay
 
 
-def draw_replay(replay: Replay) -> Figure:
+def draw_replay(replay: Replay, sheet: Sheet) -> Figure:
     """Draw a Replay."""
     measured, simulated = replay.measured, replay.simulated
-    figure = new_figure(12, 7)
-    grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.2))
-    path = figure.add_subplot(grid[:, 0])
+    over_t = "difference", "left motor", "right motor"
+    rows = [["path", name] for name in over_t]
+    figure, (path, top, *motors) = sheet.mosaic(rows, (12, 7), over_t, width_ratios=(1, 1.2))
     draw_points(path, "path.measured", measured.xi)
     draw_points(path, "path.simulated", simulated.xi)
     plane(path, 2, f"end-effector; simulated by the {replay.by}")
     path.set_aspect("equal", adjustable="datalim")
-    top = figure.add_subplot(grid[0, 1])
     size = np.hypot(*replay.difference.T)
     scale, unit = readable(np.nanmax(size), "m")
     draw(top, "line.distance", measured.t, scale * size)
@@ -33,8 +33,7 @@ def draw_replay(replay: Replay) -> Figure:
     over_time(top, 1, f"distance ({unit})", title, last=False)
     tau = np.array([measured.tau, simulated.tau])
     words = measured.robot.words
-    for k, (side, colour) in enumerate(SIDES):
-        axes = figure.add_subplot(grid[1 + k, 1], sharex=top)
+    for k, (axes, (side, colour)) in enumerate(zip(motors, SIDES)):
         ylabel = draw_measured(axes, measured.t, tau[..., k], words, colour, "simulated")
         over_time(axes, 3, ylabel, f"{side} motor", last=k == 1)
     return figure

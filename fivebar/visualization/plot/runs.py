@@ -10,17 +10,8 @@ import numpy as np
 
 from ..skeleton import run_body
 from ..style import LEFT, PALE, RIGHT, SIDES, largest_of, readable, robot_title
-from .panels import (
-    STYLES,
-    draw,
-    draw_level,
-    draw_points,
-    draw_robot,
-    new_figure,
-    note,
-    over_time,
-    plane,
-)
+from .panels import STYLES, draw, draw_level, draw_points, draw_robot, note, over_time, plane
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,20 +19,19 @@ if TYPE_CHECKING:
     from ...simulation.run import Run
 
 
-def draw_run(run: Run) -> Figure:
+def draw_run(run: Run, sheet: Sheet) -> Figure:
     """Draw a run: where it went, how far off it was (RMS and largest), and with what torques."""
     if not len(run.t):
         raise ValueError("a run without samples cannot be drawn")
-    figure = new_figure(12, 6)
-    figure.suptitle(robot_title(run.robot))
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
-    _path(figure.add_subplot(grid[:, 0]), run)
-    if run.xi_ref is None:
-        _torques(figure.add_subplot(grid[:, 1]), run)
-    else:
-        top = figure.add_subplot(grid[0, 1])
-        _errors(top, run)
-        _torques(figure.add_subplot(grid[1, 1], sharex=top), run)
+    right = ["torques"] if run.xi_ref is None else ["error", "torques"]
+    rows = [["path", name] for name in right]
+    figure, (path, *errors, torques) = sheet.mosaic(rows, (12, 6), right, width_ratios=(1, 1.1))
+    if sheet.axes is None:
+        figure.suptitle(robot_title(run.robot))
+    _path(path, run)
+    for axes in errors:
+        _errors(axes, run)
+    _torques(torques, run)
     return figure
 
 

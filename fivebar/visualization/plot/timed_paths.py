@@ -21,11 +21,11 @@ from .panels import (
     draw_torques,
     finish,
     mark_crossing,
-    new_figure,
     over_time,
     plane,
     set_window,
 )
+from .sheets import Sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,15 +35,14 @@ if TYPE_CHECKING:
 FINE = 12  # times on each stretch
 
 
-def draw_timed_path(motion: TimedPath) -> Figure:
+def draw_timed_path(motion: TimedPath, sheet: Sheet) -> Figure:
     """Draw a TimedPath."""
-    figure = new_figure(12.5, 7.5)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15))
+    rows = [["path", "phase plane"], ["path", "torques"]]
+    figure, (path, plane_of_speed, axes) = sheet.mosaic(rows, (12.5, 7.5), width_ratios=(1, 1.15))
     inside = np.linspace(1e-9, 1 - 1e-9, FINE)
     t = (motion.times[:-1, None] + np.diff(motion.times)[:, None] * inside).ravel()
-    _drawing(figure, figure.add_subplot(grid[:, 0]), motion, t)
-    _phase_plane(figure.add_subplot(grid[0, 1]), motion, t)
-    axes = figure.add_subplot(grid[1, 1])
+    _drawing(path, motion, t)
+    _phase_plane(plane_of_speed, motion, t)
     words = motion.robot.words
     ylabel = draw_torques(axes, words, t, motion.torques(t), motion.limits, "limit")
     for time in motion.times[motion.crossing]:
@@ -52,7 +51,7 @@ def draw_timed_path(motion: TimedPath) -> Figure:
     return figure
 
 
-def _drawing(figure, axes, motion, t):
+def _drawing(axes, motion, t):
     k, way, speed, _ = motion.along(t)
     drawn, drawn_s, *_ = motion.path.drawn.on(motion.piece[k], motion.first[k] + way)
     pose = motion.accelerations(np.array([motion.times[0], motion.duration])).rates.pose
@@ -72,7 +71,9 @@ def _drawing(figure, axes, motion, t):
             lines.set(array=speed[now], clim=(0, speed.max()))
             axes.add_collection(lines)
             if down or now.all():
-                figure.colorbar(lines, ax=axes, location="top", shrink=0.8, label="speed (m/s)")
+                axes.figure.colorbar(
+                    lines, ax=axes, location="top", shrink=0.8, label="speed (m/s)"
+                )
     if motion.crossing.any():
         places = motion.path.drawn(motion.s[motion.crossing])[0]
         draw_points(axes, "mark.crossing", places, marker="x", label="crossing of Type 2")
