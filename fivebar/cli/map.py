@@ -45,6 +45,8 @@ OPTIONS = TABLE | {
     "--out FILE": (Path("map.png"), "PNG, SVG or PDF"),
     WORKING: "of the picture: these working modes alone",
     "--width column|page": "of the picture: that of a journal's column, 88 mm, or page, 181 mm",
+    "--unit UNIT": "of the picture's axes: mm, cm or m; of joints that turn deg or rad",
+    "--labels NAME=TEXT ...": "what is written for x, y, q11, a field or words of the legend",
     "--data FILE": "the grid as .csv or .npz",
     "--page OUT.html": "an interactive page: point at the map to move the robot",
     "--graph OUT.png": "a graph of the aspects between which a motion may pass",
@@ -78,6 +80,7 @@ def _map(arguments):
     from ..singularities.passages import known_aspects
     from ..visualization.pages.linked import map_page
     from ..visualization.plot.graph import aspect_graph
+    from ..visualization.plot.maps import LENGTHS
     from ..visualization.plot.maps import singularity_map as picture
     from ..visualization.plot.panels import in_frame
 
@@ -116,11 +119,16 @@ def _map(arguments):
     if path:
         print_notes(arguments.path, path.notes)
         checks = [(mode, _checked(machine, path, mode)) for mode in data.modes]
-    style: dict = used_options(arguments, "width")
+    style: dict = used_options(arguments, "width", "unit")
+    if wrong := [text for text in arguments.labels if "=" not in text]:
+        raise UsageError(f"--labels must be NAME=TEXT, not {wrong[0]!r}")
+    style["labels"] = dict(text.split("=", 1) for text in arguments.labels)
     if arguments.working:
         style["modes"] = [tuple(arguments.working)]
-    figure = picture(data, points, regions, **style)
-    saved(in_frame(figure, machine.frame), arguments.out)
+    with usage_errors():
+        figure = picture(data, points, regions, **style)
+    scale = LENGTHS.get(arguments.unit, 1e3)
+    saved(in_frame(figure, machine.frame, scale), arguments.out)
     if arguments.graph:
         saved(aspect_graph(robot), arguments.graph)
         if tool is not None:

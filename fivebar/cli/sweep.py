@@ -6,6 +6,7 @@ import math
 import sys
 from argparse import _SubParsersAction
 from contextlib import nullcontext
+from functools import partial
 
 from ..base.errors import UsageError
 from .options import JSON, add_options, check_ending, named_values, print_json, used_options
@@ -27,7 +28,8 @@ OPTIONS = JSON | {
     "--dask ADDRESS": "a Dask scheduler, tcp://host:8786, or its .json file",
     "--best N": (10, "designs to list"),
     "--csv FILE": "write a row per design",
-    "--plot FILE": "draw the first figure: .png, .svg or .pdf",
+    "--plot FILE": "draw the figures: .png, .svg or .pdf",
+    "--mark NAME=VALUE ...": "a chosen design to mark in the picture",
 }
 
 
@@ -55,6 +57,8 @@ def _sweep(arguments):
 
     robot, choices = chosen_machine(arguments).robot, chosen_task(arguments)
     check_ending("--plot", arguments.plot)
+    if arguments.mark and not arguments.plot:
+        raise UsageError("--mark is of --plot FILE")
     if arguments.dask and arguments.workers:
         raise UsageError("--workers are processes here; with --dask the cluster has its own")
     try:
@@ -108,7 +112,8 @@ def _designs(arguments):
 def _show(arguments, swept, best):
     columns = [*swept.names, *swept.figures]
     table = {name: swept[name][best].tolist() for name in columns}
-    for path, write in ((arguments.csv, swept.to_csv), (arguments.plot, swept.plot)):
+    draw = partial(swept.plot, mark=named_values(arguments.mark, "--mark") or None)
+    for path, write in ((arguments.csv, swept.to_csv), (arguments.plot, draw)):
         if path:
             write(path)
             print(path, file=sys.stderr)

@@ -176,7 +176,9 @@ def _contours(sheet, table, over, merits, cells):
         here[0].figure.colorbar(filled, ax=list(here), label=str(of))
     ground = []
     if any(np.isnan(column).any() for _, column, _ in merits):
-        ground = [Patch(fc=NO_VALUE, ec="0.7", label="out of reach, or across Type 2")]
+        ground = [
+            Patch(fc=NO_VALUE, ec="0.7", label="no value: out of reach, across Type 2 or failed")
+        ]
     return _explained(picture, panels, sheet, ground)
 
 
