@@ -168,13 +168,18 @@ def test_map_of_task_2(tmp_path, capsys):
     )
 
 
+LETTERS = "--unit", "m", "--labels", "x=$x_P$", "parallel=det A"
+
+
 def test_a_map_of_one_mode_for_a_journals_column(tmp_path, capsys):
     words = ["map", "--nodes", "21", "--out", str(tmp_path / "map.pdf")]
-    assert main([*words, "--working", "1", "-1", "--width", "column"]) == 0
+    assert main([*words, "--working", "1", "-1", "--width", "column", *LETTERS]) == 0
     written = (tmp_path / "map.pdf").read_bytes()
     box = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) ", written)
     assert box and float(box[1]) == pytest.approx(88 / 25.4 * 72, abs=1e-3)
     assert b"/CIDFontType2" in written and b"/Type3" not in written
+    for wrong, said in ((["--unit", "deg"], "unit must be"), (["--labels", "x"], "NAME=TEXT")):
+        assert main([*words, *wrong]) == 2 and said in capsys.readouterr().err
     assert main([*words, "--space", "joint", "--working", "1", "-1"]) == 2
     assert "--working are of task space only" in capsys.readouterr().err
 

@@ -25,9 +25,9 @@ def test_usual_figures_are_those_of_the_regions():
     ]
     figure = compared.plot()
     panels = figure.axes[:2]
-    assert [axes.get_title() for axes in panels] == ["lab", "unequal"]
+    assert [axes.get_title().split()[0] for axes in panels] == ["lab", "unequal"]
     assert panels[0].get_xlim() == panels[1].get_xlim()
-    assert "bars (m): 0.43" in panels[1].get_xlabel()
+    assert "bars = 430 mm" in panels[1].get_title()
 
 
 def test_robots_by_name_are_those_of_the_table():

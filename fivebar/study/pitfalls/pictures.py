@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...visualization.plot.panels import finish, new_figure
+from ...visualization.plot.panels import finish
+from ...visualization.plot.sheets import new_figure
 from ...visualization.style import AMBER, BLUE, INK, ORANGE, PINK, SKY
 from .crossing import Crossing
 from .differentiation import OURS as OURS_BOUND

@@ -56,7 +56,7 @@ class Sheet:
             return None
         if self.axes is not None:
             raise ValueError("width is of a new figure: axes have the width of theirs")
-        mm = WIDTHS.get(self.width) if isinstance(self.width, str) else self.width
+        mm: Any = WIDTHS.get(self.width) if isinstance(self.width, str) else self.width
         if not isinstance(mm, Real) or not 40 <= mm <= 1000:
             raise ValueError(
                 'width must be "column" (88 mm), "page" (181 mm) or a number of mm from 40 to'
@@ -106,8 +106,8 @@ class Sheet:
             else:
                 scale = max(scale, 0.7)  # as letters
             width, height = self.inches, height * scale
-        figure = new_figure(width, height)
-        panels: dict = figure.subplot_mosaic(rows, **ratios)  # type: ignore[arg-type]
+        figure: Any = new_figure(width, height)
+        panels = figure.subplot_mosaic(rows, **ratios)
         first, *others = [panels[name] for name in together if name not in given] or [None]
         for panel in others:
             panel.sharex(first)
