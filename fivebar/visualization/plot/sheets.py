@@ -57,12 +57,12 @@ class Sheet:
         if self.axes is not None:
             raise ValueError("width is of a new figure: axes have the width of theirs")
         mm: Any = WIDTHS.get(self.width) if isinstance(self.width, str) else self.width
-        if not isinstance(mm, Real) or not 40 <= mm <= 1000:
+        if not isinstance(mm, Real) or not 40 <= float(mm) <= 1000:
             raise ValueError(
                 'width must be "column" (88 mm), "page" (181 mm) or a number of mm from 40 to'
                 f" 1000, not {shown(self.width)}"
             )
-        return mm / 25.4
+        return float(mm) / 25.4
 
     @property
     def is_narrow(self) -> bool:
