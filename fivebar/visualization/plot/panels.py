@@ -17,7 +17,7 @@ from ...singularities.margins import Singularity
 from .. import style as names
 from ..loci import tool_loci
 from ..style import INK, SIDES, readable
-from .sheets import small_letters
+from .sheets import inches_across, small_letters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,6 +49,9 @@ def in_frame(figure: Figure, frame: Placement, scale: float = 1e3) -> Figure:
     (left, below), (right, above) = corners.min(axis=0), corners.max(axis=0)
     panels[0].set(xlim=(left, right), ylim=(below, above))  # which all panels share
     return figure
+
+
+ENTRY = 0.9  # in, of a legend, about
 
 
 def _part(name, low, high):
@@ -91,7 +94,9 @@ STYLES = _styles()
 def finish(axes: Axes, columns: int, **words) -> None:
     """Set labels, title and limits of a panel, a pale grid, and its legend under it."""
     axes.set(**words)
+    axes.title.set_wrap(True)
     axes.grid(alpha=0.25)
+    columns = max(1, min(columns, int(inches_across(axes) / ENTRY)))
     # In letters, so that it clears the labels whatever the panel's height.
     pad = 5 if axes.get_xlabel() else 2.5
     place: dict = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
