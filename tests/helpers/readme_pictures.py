@@ -45,8 +45,7 @@ def renew(name, folder):
     picture = picture.resize(
         (width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS
     )
-    # a palette, in which thin lines keep their hues; of the map its areas
-    method = Image.Quantize.MEDIANCUT if name == "map" else Image.Quantize.MAXCOVERAGE
+    method = Image.Quantize.MAXCOVERAGE  # in which thin lines keep their hues
     picture.quantize(256, method=method, dither=Image.Dither.NONE).save(
         FOLDER / f"{name}.png", "PNG", optimize=True
     )

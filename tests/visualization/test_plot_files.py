@@ -41,6 +41,7 @@ def test_results_are_drawn_onto_given_panels(own):
     assert axes[0].get_title() == "tracking error of the end-effector"
     for panels, words in (
         (axes[:2], r"axes: 2 of them for 3 panels: path, error, torques; axes=\{'path': ...\}"),
+        ({}, "no panel is given; the panels are path"),
         ({"speed": axes[0]}, "no panel speed; the panels are path, error, torques"),
     ):
         with pytest.raises(ValueError, match=words):
@@ -130,6 +131,8 @@ def test_contours_end_where_a_corner_has_no_value():
         ValueError, match=r"mark must be \{'l1': ..., 'l2': ...\}, a design's number"
     ):
         result.plot(mark={"l1": 0.1})
+    with pytest.raises(ValueError, match="figure must be .*det_A.*, not 'speed'"):
+        result.plot(figure="speed")
 
 
 def test_three_parameters_are_small_multiples():

@@ -92,7 +92,9 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
     each combination of the others, of nine at most; of three where there are several figures.
     mark: a chosen design, as {name: value}, by its number, or from `fb.design`.
     """
-    names = [figure] if figure else list(sweep.figures)
+    names = list(sweep.figures)
+    if figure is not None:
+        names = [checks.one_of(*names)(figure, "figure")]
     columns = {name: sweep[name] for name in sweep.names}
     values = {name: sweep[name] for name in names}
     if not np.isfinite(list(values.values())).any():

@@ -150,7 +150,8 @@ class Sheet:
                     f" axes={{{names[0]!r}: ...}} draws one alone"
                 )
             given = dict(zip(names, flat))
-        if not given or (unknown := [name for name in given if name not in names]):
+        unknown = [name for name in given if name not in names] or ["is given"] * (not given)
+        if unknown:
             raise ValueError(
                 f"axes: no panel {', '.join(map(str, unknown))}; the panels are {', '.join(names)}"
             )
