@@ -24,7 +24,7 @@ from ..models.robots import FiveBar
 from ..models.unreachable import raise_or_nan
 from ..planning.trajectory import Trajectory
 from .curve import Path
-from .timing.enclosures import Series, place_series
+from .timing.enclosures import Series, dyad_series, place_series
 
 FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])[:, None]
 FINEST = 1e-9  # of a path's length: a shorter stretch is not divided any more
@@ -285,17 +285,9 @@ class MountedTool:
         r = self.reach
         k = self.factor
         rx = x - self._drive.x
-        square = rx * rx + y * y
-        lead = (square + (r - l1) * (r + l1)) * 0.5
-        outer = (l1 + r) ** 2 - square
-        inner = square - (l1 - r) ** 2
-        heron = outer * inner
-        across = heron.sqrt() * (0.5 * self.branch)
-        scale = square.inverse()
-        # T - E, whose products with T's way from the base joint are `lead` and -`across`.
-        ex = (lead * rx + across * y) * scale
-        ey = (lead * y - across * rx) * scale
-        sine = across * (1 + k.real) - (lead - r * r) * k.imag
+        (dx, dy), along, across = dyad_series(rx, y, l1, r, self.branch)
+        ex, ey = rx - dx, y - dy  # T - E
+        sine = across * (1 + k.real) - (along - l1 * l1) * k.imag
         keeps = sine * self._mode
         return (x + ex * k.real - ey * k.imag, y + ey * k.real + ex * k.imag, keeps)
 

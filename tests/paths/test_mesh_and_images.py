@@ -18,7 +18,7 @@ from fivebar.paths.timing.constraint_rows import Limits
 from fivebar.paths.timing.jerk import refuse_kinks
 from fivebar.paths.timing.mesh import mesh_of
 from fivebar.paths.timing.refusals import where
-from fivebar.paths.timing.sign_changes import cut_where_missed
+from fivebar.paths.timing.sign_changes import cut_at_signs
 from fivebar.paths.timing.solve import refined
 from fivebar.paths.timing.time_path import _timed
 from fivebar.paths.tool import MountedTool
@@ -56,12 +56,12 @@ def test_a_path_is_cut_where_it_crosses_type_2(mesh):
 def test_a_stretch_whose_ends_show_two_signs_is_cut_between_them():
     piece, none = np.array([0, 1]), np.zeros(2)
     lengths = np.diff(ACROSS.knots)
-    found = cut_where_missed(ROBOT, ACROSS, Stretches(piece, none, lengths), (-1, -1))
+    found = cut_at_signs(ROBOT, ACROSS, Stretches(piece, none, lengths), (-1, -1))
     crossing = brentq(lambda s: det_A(ACROSS.knots[1] + s), 0.0, lengths[1], xtol=1e-15)
     assert found.piece.tolist() == [0, 1, 1]
     assert found.first == pytest.approx([0, 0, crossing], abs=1e-13)
     assert found.last == pytest.approx([lengths[0], crossing, lengths[1]], abs=1e-13)
-    halves = cut_where_missed(ROBOT, ACROSS, found, (-1, -1))
+    halves = cut_at_signs(ROBOT, ACROSS, found, (-1, -1))
     assert len(halves) == 3  # a node on Type 2 has no sign
 
 
@@ -71,7 +71,7 @@ def turned_twice():
     normal = (fb.igm(ROBOT, place, (-1, -1)).elbows[0] - place) / ROBOT.l12
     tangent = np.array([normal[1], -normal[0]])
     s = np.polynomial.Polynomial([-half, 2.0026 * half])
-    across = s**2 / (2 * ROBOT.l12) + 8 * (s**3 - 3e-6 * half**2 * s)
+    across = s**2 / (2 * ROBOT.l12) + 8 * (s**3 - 3e-8 * half**2 * s)
     place = [p + t * s + n * across for p, t, n in zip(place, tangent, normal)]
     return Path((Polynomial(np.stack([p.coef for p in place], axis=-1), 2.0026 * half),))
 

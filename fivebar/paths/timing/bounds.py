@@ -22,7 +22,7 @@ from ...models.geometry import DrivenLeg, Pose
 from ...models.kinematics import Accelerations, Rates
 from ...models.loads import has_moving_mass
 from ...models.physics import any_named, loads_of, named
-from .enclosures import TERMS, Series, place_series
+from .enclosures import TERMS, Series, dyad_series, place_series
 
 if TYPE_CHECKING:
     from ...models.robots import Robot
@@ -137,7 +137,7 @@ def asked(
     if physics.has_gravity:
         parts["c"] = torques(_without(robot, *RUBS), (zero, zero), (zero, zero))
     if any_named(physics.viscous, physics.elbows):
-        parts["v"] = _viscous(physics, Rates(pose, q_s, xi_s), zero)
+        parts["v"] = torques(_without_bars(robot), (q_s, xi_s), (zero, zero))
     found = {"D": det_A}
     (x1, y1), (x2, y2) = pose.u2
     for name, ((fx, fy), (tau1, tau2)) in parts.items():
@@ -187,18 +187,10 @@ def _leg(drive, bar, mode, xi):
         slope = q.slope()
         direction = q.cut(terms)
     else:
-        length = drive.length
-        square = x * x + y * y
-        lead = (square + (length + bar) * (length - bar)) * 0.5
-        heron = ((length + bar) ** 2 - square) * (square - (length - bar) ** 2)
-        across = heron.sqrt() * (0.5 * mode)
-        scale = square.inverse()
-        # The elbow: length times the crank's direction.
-        dx = (lead * x - across * y) * scale
-        dy = (lead * y + across * x) * scale
+        (dx, dy), _, _ = dyad_series(x, y, drive.length, bar, mode)
         ux = (x - dx) / bar
         uy = (y - dy) / bar
-        direction = dx / length, dy / length
+        direction = dx / drive.length, dy / drive.length
         slope = cross(direction, (direction[0].slope(), direction[1].slope()))
         direction = direction[0].cut(terms), direction[1].cut(terms)
     distal = ux.cut(terms), uy.cut(terms)
@@ -210,22 +202,12 @@ def _without(robot, *names):
     return replace(robot, **own)
 
 
-def _viscous(physics, rates, zero):
-    """Return (force on the end-effector, torques) of viscous friction at these rates."""
-    force = list(zero)
-    torques = []
-    for i, (drive, bar) in enumerate(zip(rates.pose.robot.drives, rates.pose.robot.distal)):
-        q_dot = rates.components[0][i]
-        torque = physics.viscous[i] * q_dot
-        if named(physics.elbows[i]):
-            resists = physics.elbows[i] * drive.relative(rates.phi_dot[i], q_dot)
-            (x, y), share = rates.pose.u2[i], resists / bar
-            leg = rates.pose.legs[i]
-            _, beside = drive.velocity_coefficients(leg.sine, leg.cosine)
-            force = [force[0] - share * y, force[1] + share * x]
-            torque = torque - share * beside - resists
-        torques.append(torque)
-    return tuple(force), tuple(torques)
+def _without_bars(robot):
+    """Return the robot without what makes torques from rates, but viscous friction: the masses
+    beside its drives' own, whose names begin with m and z.
+    """
+    names = {f.name for f in fields(robot) if f.name[0] in "mz"} - {*robot.words.inertias}
+    return replace(_without(robot, "gravity", "fs1", "fs2"), **dict.fromkeys(names, 0.0))
 
 
 def enclosed(

@@ -136,6 +136,21 @@ def _term_by_term(given, first, inverse):
     return Series(middles, np.concatenate([term.r for term in terms]))
 
 
+def dyad_series(
+    x: Series, y: Series, first: float, last: float, branch: int
+) -> tuple[tuple[Series, Series], Series, Series]:
+    """Return the way along the first bar of the dyad that spans (x, y), as `dyads.RRR`, and that
+    bar's products with the span: dot and cross product.
+    """
+    square = x * x + y * y
+    along = (square + (first + last) * (first - last)) * 0.5
+    heron = ((first + last) ** 2 - square) * (square - (first - last) ** 2)
+    across = heron.sqrt() * (0.5 * branch)
+    scale = square.inverse()
+    elbow = (along * x - across * y) * scale, (along * y + across * x) * scale
+    return elbow, along, across
+
+
 def place_series(
     path: Path, piece: np.ndarray, first: np.ndarray, last: np.ndarray, terms: int
 ) -> tuple[Series, Series]:

@@ -12,7 +12,7 @@ import numpy as np
 from ...models.physics import physics_of
 from .bounds import Bernstein, Stretches, enclosed
 from .refusals import VOID, refuse_touching, refuse_undecided, refuse_unreachable, where
-from .sign_changes import cut_at_signs, cut_where_missed
+from .sign_changes import cut_at_signs
 
 if TYPE_CHECKING:
     from ...models.robots import Robot
@@ -256,7 +256,7 @@ def _enclosed(robot, path, working, stretches, new=None, found=None):
             refuse_undecided(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
         parts = 1 + bad
         stretches = stretches.parted(parts)
-        after = cut_where_missed(robot, path, stretches, working)
+        after = cut_at_signs(robot, path, stretches, working)
         new = None
         if len(after) == len(stretches):
             new = np.repeat(bad, parts)

@@ -9,7 +9,6 @@ import numpy as np
 from ...base.errors import SingularityError, UnreachableError
 from ...models.geometry import igm
 from ...singularities.degenerate import refuse_singular_everywhere
-from .sign_changes import SAMPLES
 
 if TYPE_CHECKING:
     from ...models.robots import Robot
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from .mesh import Mesh
 
 VOID = 1e-9  # of a factor's largest size, that counts as 0 where Type 2 is crossed
+SAMPLES = 8  # of each stretch, at which it must be reached
 TOUCH = 1e-6  # of det A: about 0.1 um, nearer to Type 2 than any robot knows itself
 
 

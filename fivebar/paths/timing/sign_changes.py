@@ -1,4 +1,4 @@
-"""Where a path changes the sign of det A, or with friction turns a joint round."""
+"""Where a path changes the sign of det A, or with dry friction turns a joint round."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.physics import physics_of
+from ...models.physics import loads_of
 from .bounds import Stretches, asked_on
 from .enclosures import TERMS
 
@@ -14,49 +14,29 @@ if TYPE_CHECKING:
     from ...models.robots import Robot
     from ..curve import Path
 
-SAMPLES = 8  # of each stretch
+ZERO = 1e-12  # of det A, or of a slope: it has no sign
 
 
 def cut_at_signs(
     robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
 ) -> Stretches:
-    """Cut where det A changes its sign, and with friction where a joint turns round."""
-    names = ["D"]
-    if (physics := physics_of(robot)) is not None and physics.has_friction:
-        names += ["q1", "q2"]
-    share = np.linspace(0, 1, SAMPLES + 1)
-    s = stretches.first[:, None] + stretches.length[:, None] * share
-    piece = np.broadcast_to(stretches.piece[:, None], s.shape)
-    sampled = _values(robot, path, working, piece.ravel(), s.ravel(), names)
-    index = []
+    """Cut where det A has two signs at a stretch's ends, and with dry friction a joint's slope.
+
+    Where it changes twice on a stretch, that is not decided, and is halved until this shows.
+    """
+    names = ["D", "q1", "q2"] if loads_of(robot).sticks else ["D"]
+    ends = stretches.first, stretches.last
+    values = [_values(robot, path, working, stretches.piece, s, names) for s in ends]
+    rows = []
     places = []
     for name in names:
-        value = sampled[name][0].reshape(s.shape)
-        row, column = np.nonzero(value[:, :-1] * value[:, 1:] < 0)
-        ends = s[row, column], s[row, column + 1]
-        roots = _roots(robot, path, working, stretches.piece[row], name, *ends, value[row, column])
-        inside = (
-            np.minimum(roots - stretches.first[row], stretches.last[row] - roots)
-            > 1e-12 * path.length
-        )
-        index.append(row[inside])
-        places.append(roots[inside])
-    return stretches.cut(np.concatenate(index), np.concatenate(places))
-
-
-def cut_where_missed(
-    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
-) -> Stretches:
-    """Cut where det A has two signs that the first samples had not shown."""
-    first, last = (
-        _values(robot, path, working, stretches.piece, s, ["D"])["D"][0]
-        for s in (stretches.first, stretches.last)
-    )
-    row = np.flatnonzero((first * last < 0) & (np.abs(first) > 1e-12) & (np.abs(last) > 1e-12))
-    at = stretches.taken(row)
-    return stretches.cut(
-        row, _roots(robot, path, working, at.piece, "D", at.first, at.last, first[row])
-    )
+        first, last = (value[name][0] for value in values)
+        row = np.flatnonzero((first * last < 0) & (np.minimum(abs(first), abs(last)) > ZERO))
+        at = stretches.taken(row)
+        roots = _roots(robot, path, working, at.piece, name, at.first, at.last, first[row])
+        rows.append(row)
+        places.append(roots)
+    return stretches.cut(np.concatenate(rows), np.concatenate(places))
 
 
 def _values(robot, path, working, piece, s, names):
