@@ -14,7 +14,7 @@ from .polygons import Polygons
 
 TINY = 1e-12  # share of a row's coefficients that counts as 0
 LOOKS = 20  # at most at a polygon, for its corner
-ROUNDING = 1e-14  # of x
+FORBIDDEN = 1e6  # times what a line forbids
 
 
 def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarray, list[int]]:
@@ -103,52 +103,43 @@ def _forwards(p, q, r, low, high, begins, stuck):
 def _corners(p, q, r, reach, top, largest):
     """Return for each polygon the x1 in [0, top] at which x0 is largest, or least, (n,).
 
-    x1 is where the lines meet that bound x0 on both sides of it; a line that forbids it gives the
-    nearest x1 that it allows.
+    Of a concave function of straight lines, x0 less what forbids it times FORBIDDEN, the top is
+    sought where the lines that are met on both sides of it cross.
     """
-    n = len(p)
-    ends = np.stack([np.zeros(n), top])  # the corner lies between
-    lines = np.full((2, n, 2), np.nan)  # there, constant and slope
-    corner = top.copy()
-    left = np.arange(n)
-    side = np.ones(n, dtype=int)  # of the corner, on which x1 is an end; 2: neither
+    left = _lines(p, q, r, reach, 0.0 * top, largest)
+    right = _lines(p, q, r, reach, top, largest)
+    corner = np.where(left[:, 1] <= 0, 0.0, top)
+    open_ = np.flatnonzero((left[:, 1] > 0) & (right[:, 1] < 0))
     for _ in range(LOOKS):
-        x1 = corner[left]
-        p_ = p[left]
-        q_ = q[left]
-        value = r[left] + q_ * x1[:, None]
-        x0 = value * reach[left]
-        index = np.arange(len(left))
-        i = np.where(p_ > TINY, x0, np.inf).argmin(axis=1)
-        j = np.where(p_ < -TINY, x0, -np.inf).argmax(axis=1)
-        m = np.where(np.abs(p_) <= TINY, value, -np.inf).argmax(axis=1)
-        most, least = x0[index, i], x0[index, j]
-        slope_i, slope_j = ((q[left, k] * reach[left, k]) for k in (i, j))
-        wrong = np.where(np.abs(p_[index, m]) <= TINY, value[index, m], -np.inf)
-        outside = wrong > ROUNDING * top[left]
-        closed = ~outside & (most < least - ROUNDING * top[left])
-        size, slope = (most, slope_i) if largest else (-least, -slope_j)
-        slope = np.where(closed, slope_i - slope_j, np.where(outside, -q_[index, m], slope))
-        over = np.where(outside, -wrong, most - least)
-        forbidden = outside | closed
-        with np.errstate(all="ignore"):
-            place = np.where(forbidden, x1 - over / slope, x1)
-            known = lines[:, left]
-            meant = known[0, :, 0] + known[0, :, 1] * x1
-            met = ~forbidden & (np.abs(meant - size) <= 1e-12 * np.abs(size))
-        done = ~forbidden & (side[left] == (slope >= 0)) | met & (side[left] == 2)
-        onward = (slope <= 0).astype(int)
-        line = np.stack([size - slope * x1, slope], axis=-1)
-        lines[onward, left] = np.where(forbidden[:, None], np.nan, line)
-        ends[onward, left] = np.clip(place, *ends[:, left])
-        done |= ends[0, left] >= ends[1, left]
-        left = left[~done]
-        if not len(left):
+        (c0, s0), (c1, s1) = left[open_].T, right[open_].T
+        x1 = np.clip((c1 - c0) / (s0 - s1), 0.0, top[open_])
+        corner[open_] = x1
+        line = _lines(p[open_], q[open_], r[open_], reach[open_], x1, largest)
+        rises = line[:, 1] > 0
+        left[open_[rises]] = line[rises]
+        right[open_[~rises]] = line[~rises]
+        known = c0 + s0 * x1
+        met = np.abs(line[:, 0] + line[:, 1] * x1 - known) <= 1e-12 * np.abs(known)
+        open_ = open_[~met & (line[:, 1] != 0)]
+        if not len(open_):
             break
-        (c0, s0), (c1, s1) = lines[:, left].transpose(0, 2, 1)
-        with np.errstate(all="ignore"):
-            between = (c1 - c0) / (s0 - s1)
-        side[left] = np.where(np.isnan(c1), 1, np.where(np.isnan(c0), 0, 2))
-        between = np.clip(between, *ends[:, left])
-        corner[left] = np.where(side[left] == 2, between, ends[side[left] % 2, left])
     return corner
+
+
+def _lines(p, q, r, reach, x1, largest):
+    """Return the lines (n, 2), constant and slope, of which `_corners` tells, at x1 (n,)."""
+    value = r + q * x1[:, None]
+    x0 = value * reach
+    index = np.arange(len(x1))
+    slopes = q * reach
+    i = np.where(p > TINY, x0, np.inf).argmin(axis=1)
+    j = np.where(p < -TINY, x0, -np.inf).argmax(axis=1)
+    m = np.where(np.abs(p) <= TINY, value, -np.inf).argmax(axis=1)
+    most, least = x0[index, i], x0[index, j]
+    slope = slopes[index, i] if largest else -slopes[index, j]
+    found = most if largest else -least
+    closed = FORBIDDEN * (least > most)
+    outside = FORBIDDEN * ((np.abs(p[index, m]) <= TINY) & (value[index, m] > 0))
+    slope = slope + closed * (slopes[index, i] - slopes[index, j]) - outside * q[index, m]
+    found = found + closed * (most - least) - outside * value[index, m]
+    return np.stack([found - slope * x1, slope], axis=1)
