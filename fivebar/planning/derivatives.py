@@ -1,112 +1,142 @@
-"""Exact derivatives of a plan's nonlinear program, by those of one function at all its points."""
+"""Exact derivatives of a plan's nonlinear program, by those of one interval."""
 
 from __future__ import annotations
 
 import casadi as ca
 import numpy as np
+from scipy.sparse import coo_array, csc_array, csr_array
 
 
-class Derivatives:
-    """Objective and constraints of a program, and their first and second derivatives.
+def differentiated(z: ca.SX, nodes: list, outputs: list, result: ca.SX) -> tuple:
+    """Return functions of an interval: z -> result; z -> its Jacobian, without the last row; z ->
+    this row; (z, weights) -> the Hessian of the weighted results.
 
-    They are found by those of `point` at its own inputs alone. CasADi, which does not know that
-    points do not touch one another, would take three times as long.
-
-    point: (inputs of a point) -> outputs, (r, 1) each; at_points: the inputs at all points,
-    (r, points) each, among the variables; outputs: symbols (r, points) each that stand for the
-    outputs there; objective and constraints: by variables and outputs.
+    nodes: (function, its input by z) at points that do not touch one another, which CasADi does not
+    know: it would take three times as long. outputs: symbols that stand for what these functions
+    return in `result`.
     """
-
-    def __init__(self, point, variables, at_points, outputs, objective, constraints):
-        count = at_points[0].shape[1]
-        x = ca.vertcat(*map(ca.vec, variables))
-        y = ca.vertcat(*map(ca.vec, outputs))
-        columns = _places(variables, count, [_is_among(each, at_points) for each in variables])
-        rows = _places(outputs, count)
-        slope, bend = _at_one_point(point)
-        inputs = ca.vertcat(*at_points)
-        self.outputs = point.map(count)(*at_points)
-        w = ca.vertcat(x, y)
-        at = ca.vertcat(x, *map(ca.vec, self.outputs))
-        program = ca.Function("program", [w], [objective, constraints], ["w"], ["f", "g"])
-        self.objective, self.constraints = program(at)
-        # w = (x, y(x)) and its derivatives by x.
-        slopes = _scattered(
-            slope.map(count)(inputs), slope.sparsity_out(0), rows, columns, (y.numel(), x.numel())
-        )
-        total = ca.vertcat(ca.MX.eye(x.numel()), slopes)
-        first = program.factory("first", ["w"], ["g", "jac:g:w"])
-        g, g_w = first(at)
-        # The Lagrangian, whose second derivatives are those of the program by w and, weighted by
-        # its first ones, those of the outputs.
-        weights = ca.MX.sym("f"), ca.MX.sym("g", g.numel())
-        second = program.factory(
-            "second",
-            ["w", "lam:f", "lam:g"],
-            ["grad:gamma:w", "hess:gamma:w:w"],
-            {"gamma": ["f", "g"]},
-        )
-        gamma_w, gamma_ww = second(at, *weights)
-        of_outputs = (x.numel() + rows.ravel()).tolist()
-        adjoint = ca.reshape(gamma_w[of_outputs], rows.shape[1], count)
-        bends = _scattered(
-            bend.map(count)(inputs, adjoint),
-            bend.sparsity_out(0),
-            columns,
-            columns,
-            (x.numel(),) * 2,
-        )
-        hessian = total.T @ gamma_ww @ total + bends
-        none = ca.MX.sym("p", 0)
-        self.options = {
-            "jac_g": ca.Function(
-                "jac_g", [x, none], [g, g_w @ total], ["x", "p"], ["g", "jac_g_x"]
-            ),
-            "hess_lag": ca.Function(
-                "hess_lag",
-                [x, none, *weights],
-                [ca.triu(hessian)],
-                ["x", "p", "lam_f", "lam_g"],
-                ["triu_hess_gamma_x_x"],
-            ),
-        }
+    y = ca.vertcat(*outputs)
+    weights = ca.SX.sym("weights", result.numel())
+    by_both, gradient = ca.hessian(ca.dot(weights, result), ca.vertcat(z, y))
+    expressions = [result, ca.jacobian(result, z), ca.jacobian(result, y), by_both, gradient]
+    values = ca.vertcat(*(function(place) for function, place in nodes))
+    value, by_z, by_y, by_both, gradient = ca.substitute(expressions, [y], [values])
+    slopes = []
+    hessian = ca.SX(z.numel(), z.numel())
+    parts = ca.vertsplit(gradient[z.numel() :], np.cumsum([0, *map(ca.SX.numel, outputs)]).tolist())
+    for (function, place), weight in zip(nodes, parts):
+        slope, bend = _derivatives(function)
+        along = ca.jacobian(place, z)
+        slopes.append(slope(place) @ along)
+        force = ca.SX.sym("force", place.numel())
+        curved, _ = ca.hessian(ca.dot(force, place), z)
+        hessian += along.T @ bend(place, weight) @ along
+        hessian += ca.substitute(curved, force, ca.densify(slope(place).T @ weight))
+    total = ca.vertcat(ca.SX.eye(z.numel()), *slopes)
+    hessian += total.T @ by_both @ total
+    jacobian = by_z + by_y @ total[z.numel() :, :]
+    return (
+        ca.Function("value", [z], [value]),
+        ca.Function("slope", [z], [jacobian[:-1, :]]),
+        ca.Function("gradient", [z], [jacobian[-1, :]]),
+        ca.Function("bend", [z, weights], [hessian]),
+    )
 
 
-def _at_one_point(point):
-    """Return the functions of a point's Jacobian, and of the Hessian of its weighted outputs."""
-    symbols = []
-    for k in range(point.n_in()):
-        symbols.append(ca.SX.sym(f"z{k}", point.numel_in(k)))
-    z = ca.vertcat(*symbols)
-    outputs = ca.vertcat(*point(*symbols))
+def _derivatives(function):
+    """Return functions of the Jacobian, and of the Hessian of the weighted outputs."""
+    z = ca.SX.sym("z", function.numel_in(0))
+    outputs = function(z)
     weight = ca.SX.sym("weight", outputs.numel())
     jacobian = ca.jacobian(outputs, z)
     hessian, _ = ca.hessian(ca.dot(weight, outputs), z)
-    return (ca.Function("slope", [z], [jacobian]), ca.Function("bend", [z, weight], [hessian]))
-
-
-def _is_among(symbol, symbols):
-    # == of symbols is another symbol.
-    return any(symbol is each for each in symbols)
-
-
-def _places(matrices, count, own=None):
-    """Return where the entries of each point are among all, (points, entries)."""
-    first = 0
-    found = []
-    for k, matrix in enumerate(matrices):
-        if own is None or own[k]:
-            height = matrix.shape[0]
-            columns = np.arange(count)[:, None] * height
-            found.append(first + columns + np.arange(height))
-        first += matrix.numel()
-    return np.concatenate(found, axis=1)
-
-
-def _scattered(blocks, sparsity, rows, columns, shape):
-    """Return a sparse matrix of the blocks of all points, side by side in `blocks`."""
-    i, j = map(np.array, sparsity.get_triplet())
-    pattern, order = ca.Sparsity.triplet(
-        *shape, rows[:, i].ravel().tolist(), columns[:, j].ravel().tolist(), False
+    options = {"cse": True}
+    return (
+        ca.Function("slope", [z], [jacobian], options),
+        ca.Function("bend", [z, weight], [hessian], options),
     )
-    return ca.MX(pattern, blocks.nz[:][order])
+
+
+def program_of(functions: tuple, inputs: csr_array, rows: csr_array) -> tuple:
+    """Return (nonlinear program, options with its derivatives), as of CasADi's `nlpsol`.
+
+    functions: of an interval, as of `differentiated`. For variables x, the intervals' inputs are
+    z = inputs x, and the objective and below it the constraints are rows (y, x), for all intervals'
+    results y.
+    """
+    value, slope, gradient, bend = functions
+    width = value.numel_out(0)
+    variables = inputs.shape[1]
+    by_result, linear = rows[:, :-variables], rows[:, -variables:]
+    count = by_result.shape[1] // width
+    x = ca.MX.sym("x", variables)
+    p = ca.MX.sym("p", 0)
+    weights = ca.MX.sym("f"), ca.MX.sym("g", rows.shape[0] - 1)
+    z = ca.reshape(_constant(inputs) @ x, -1, count)
+    results = ca.vec(value.map(count)(z))
+    objective, constraints = ca.vertsplit(
+        _constant(by_result) @ results + _constant(linear) @ x, [0, 1, rows.shape[0]]
+    )
+    costs = np.arange(width - 1, width * count, width)
+    others = np.delete(np.arange(width * count), costs)
+
+    def assembled(function, left, right, constant, *given):
+        blocks = function.map(count)(z, *given)
+        return _assembled(ca.vec(blocks.nz[:]), function.sparsity_out(0), count, left, right, constant)
+
+    grad_f = assembled(gradient, by_result[:1, costs].T, inputs, linear[:1])
+    jac_g = assembled(slope, by_result[1:, others].T, inputs, linear[1:])
+    by_results = ca.reshape(_constant(by_result.T) @ ca.vertcat(*weights), -1, count)
+    none = csr_array((variables, variables))
+    hessian = assembled(bend, inputs, inputs, none, by_results)
+    given = {"x": x, "p": p}
+    lagrangian = given | dict(zip(["lam_f", "lam_g"], weights))
+    found = {
+        "grad_f": (given, {"f": objective, "grad_f_x": ca.densify(grad_f.T)}),
+        "jac_g": (given, {"g": constraints, "jac_g_x": jac_g}),
+        "hess_lag": (lagrangian, {"triu_hess_gamma_x_x": ca.triu(hessian)}),
+    }
+    options = {
+        name: ca.Function(name, [*a.values()], [*b.values()], [*a], [*b])
+        for name, (a, b) in found.items()
+    }
+    return {"x": x, "f": objective, "g": constraints}, options
+
+
+def _constant(matrix):
+    """Return a sparse matrix of SciPy as one of CasADi."""
+    matrix = csc_array(matrix)
+    matrix.sort_indices()
+    sparsity = ca.Sparsity(*matrix.shape, matrix.indptr.tolist(), matrix.indices.tolist())
+    return ca.DM(sparsity, matrix.data)
+
+
+def _assembled(blocks, sparsity, count, left, right, constant):
+    """Return left^T B right + constant, sparse; blocks: the entries of all blocks of B, which lie
+    on its diagonal and have one sparsity.
+    """
+    k = np.arange(count)[:, None]
+    i, j = map(np.array, sparsity.get_triplet())
+    entry, row, factor = _rows(left, (k * sparsity.size1() + i).ravel())
+    again, column, other = _rows(right, (k * sparsity.size2() + j).ravel()[entry])
+    entry, row, factor = entry[again], row[again], factor[again] * other
+    fixed = constant.tocoo()
+    height = left.shape[1]
+    place = np.append(column, fixed.col) * height + np.append(row, fixed.row)
+    place, number = np.unique(place, return_inverse=True)
+    ours, theirs = np.split(number, [len(entry)])
+    sums = coo_array((factor, (ours, entry)), shape=(len(place), blocks.numel()))
+    offset = np.bincount(theirs, fixed.data, len(place))
+    columns, rows = np.divmod(place, height)
+    pattern = ca.Sparsity.triplet(height, right.shape[1], rows.tolist(), columns.tolist())
+    return ca.MX(pattern, _constant(sums) @ blocks + offset)
+
+
+def _rows(matrix, which):
+    """Return (number among which, column, value) of all entries of some rows of a matrix."""
+    matrix = matrix.tocsr()
+    counts = np.diff(matrix.indptr)[which]
+    number = np.repeat(np.arange(len(which)), counts)
+    before = np.cumsum(counts) - counts
+    place = matrix.indptr[which][number] + np.arange(len(number)) - before[number]
+    return number, matrix.indices[place].astype(int), matrix.data[place]

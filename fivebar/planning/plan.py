@@ -34,7 +34,7 @@ from .problem import (
     refuse_stops,
     working_modes,
 )
-from .program import solve
+from .program import Interval, knots_of, solve
 from .search import ways_between
 from .starts import Start, mesh_of, starts_between
 
@@ -51,9 +51,6 @@ MOST_INTERVALS = 600
 MOST_PARTS = 8
 PLANS = 3  # at most, of which the best is taken, and that are refined when asked for
 FAILURES = 4  # of starts, after which the search ends
-NEAR = 10.0  # weight of the distance from a start's motion, while its mesh is refined
-RELEASED = 60  # iterations of IPOPT on the first mesh from there on
-LAST = 15  # iterations on the last mesh
 # Of the best plan's objective: the cost of a start on the coarse mesh that may still beat it.
 CLOSE = 1.05
 
@@ -253,10 +250,7 @@ def refined(
     began: when the search did, s by the clock and of this thread; by default now.
     """
     search = _PlanSearch(start.problem, collocation, began or _now())
-    if start.cost == math.inf:
-        plan = search.run(start.mesh, start.durations, start.guess)
-    else:
-        plan = search.near(start)
+    plan = search.run(start.mesh, start.durations, start.guess)
     return refuse_broken(plan, collocation.tolerance)
 
 
@@ -276,6 +270,7 @@ class _PlanSearch:
         self.collocation = collocation
         self.began = began
         self.tolerance = collocation.tolerance
+        self.intervals = {}
         self.meshes = []
         self.best = None
         self.refinements = 0  # best: the last converged plan
@@ -286,28 +281,6 @@ class _PlanSearch:
         while (parts := self.parts(plan)) is not None:
             mesh, found, plan = self.refine(mesh, found, plan, parts)
         return plan
-
-    def near(self, start):
-        """Return the accurate Plan near a start.
-
-        It is optimized on the first mesh, and held to that motion while the mesh is refined: on the
-        way from one mesh to the next, IPOPT loses motions that swing.
-        """
-        mesh = start.mesh
-        self.first = start.durations, start.guess
-        found, plan = self.solve(mesh, *self.first, near=NEAR)
-        if not found.solved:
-            return self.run(mesh, *self.first)
-        best = self.solve(mesh, found.durations, guess_again(plan, found), iterations=RELEASED)
-        if best[0].solved:
-            found, plan = best
-        while (parts := self.parts(plan)) is not None:
-            mesh, found, plan = self.refine(mesh, found, plan, parts, NEAR)
-        held = replace(plan, status="Feasible_Point_Found")
-        best = self.solve(mesh, found.durations, guess_again(plan, found), iterations=LAST)
-        if best[0].solved and self.parts(best[1]) is None:
-            return best[1]
-        return held
 
     def parts(self, plan):
         """Return into how many parts to divide each interval; None where the plan is accurate."""
@@ -320,7 +293,7 @@ class _PlanSearch:
         parts[excess <= self.tolerance] = 1
         return parts if parts.max() > 1 else None
 
-    def refine(self, mesh, found, plan, parts, near=0.0):
+    def refine(self, mesh, found, plan, parts):
         """Return (mesh, PlanSolution, Plan) on the divided mesh."""
         self.refinements += 1
         if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
@@ -330,15 +303,18 @@ class _PlanSearch:
             )
             raise self.failure(plan, reason, plan.status)
         mesh = _refined(mesh, parts)
-        return mesh, *self.solved(mesh, found.durations, guess_again(plan, found), near)
+        return mesh, *self.solved(mesh, found.durations, guess_again(plan, found))
 
-    def solved(self, mesh, durations, guess, near=0.0):
-        found, plan = self.solve(mesh, durations, guess, near=near)
+    def solved(self, mesh, durations, guess):
+        found, plan = self.solve(mesh, durations, guess)
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
-    def solve(self, mesh, durations, guess, elastic=False, iterations=None, near=0.0):
+    def solve(self, mesh, durations, guess, elastic=False):
         left = self.collocation.max_time - (time.thread_time() - self.began[1])
-        found = solve(self.problem, mesh, durations, guess, left, elastic, iterations, near)
+        if elastic not in self.intervals:
+            nodes = self.problem.scheme.nodes(knots_of(mesh, durations))
+            self.intervals[elastic] = Interval(self.problem, durations, nodes, guess, elastic)
+        found = solve(self.intervals[elastic], mesh, durations, guess, left)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
         seconds = time.perf_counter() - self.began[0]  # what a user waits

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
+from scipy.sparse import block_array, block_diag, coo_array, eye_array, hstack, kron, vstack
 
 from ..constraints.constraints import at_joints
 from ..models.compiled import minimized
 from .collocation import LIMITS, Pieces
-from .derivatives import Derivatives
+from .derivatives import differentiated, program_of
 from .functions import MotionPoint, refuse_not_finite
 
 if TYPE_CHECKING:
     from .guess import Guess
-    from .problem import Problem
 
 MOST_ITERATIONS = 200
 # Of the coordinates' units, about a stop: its conditions hold in other poses too, far away.
@@ -47,14 +48,7 @@ class PlanSolution:
 
 
 def solve(
-    problem: Problem,
-    mesh: list[np.ndarray],
-    durations: np.ndarray,
-    guess: Guess,
-    max_time: float,
-    elastic: bool = False,
-    iterations: int | None = None,
-    near: float = 0.0,
+    interval: Interval, mesh: list[np.ndarray], durations: np.ndarray, guess: Guess, max_time: float
 ) -> PlanSolution:
     """Solve a problem on one mesh.
 
@@ -62,106 +56,81 @@ def solve(
     durations: s, of the phases in the guess.
     guess: times (n,) -> (n, 3 size + 2) coordinates, their rates and accelerations, controls.
     max_time: s of the processor.
-    elastic: instead of the objective, minimize by what parts the limits are exceeded.
-    iterations: of IPOPT at most, if not MOST_ITERATIONS.
-    near: weight, beside the objective, of the mean square distance from the guess.
     """
-    program = NonlinearProgram(problem, mesh, durations, elastic)
-    program.keep_motion()
-    program.keep_limits()
-    program.keep_stops()
-    program.keep_functions(durations, guess)
-    cost = program.cost()
-    if near:
-        cost = cost + near * program.distance(durations, guess)
-    variables = ca.vertcat(*map(ca.vec, program.variables))
-    low, high = program.bounds()
-    derivatives = Derivatives(
-        program.point,
-        program.variables,
-        program.at_points,
-        program.outputs,
-        ca.sum1(program.slack) + REGULARIZING * cost if elastic else cost,
-        ca.vertcat(*program.constraints),
-    )
-    nlp = {"x": variables, "f": derivatives.objective, "g": derivatives.constraints}
-    options = derivatives.options | {
+    program = NonlinearProgram(interval, mesh, durations)
+    nlp, derivatives, limits = program.whole()
+    options = derivatives | {
         "show_eval_warnings": False,
-        "ipopt.max_iter": iterations or MOST_ITERATIONS,
+        "ipopt.max_iter": MOST_ITERATIONS,
         # IPOPT's processor time is that of all threads.
         "ipopt.max_cpu_time": max(max_time, 1e-3) * threading.active_count(),
         "ipopt.acceptable_iter": 0,
+        # With smaller pivots, rounding makes minima look like saddles, and IPOPT leaves them.
+        "ipopt.mumps_pivtol": 1e-2,
         "ipopt.mu_strategy": "adaptive",
         "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
     }
-    result, stats = minimized(
-        "plan",
-        nlp,
-        options,
-        x0=program.values(durations, guess),
-        lbx=low,
-        ubx=high,
-        lbg=np.concatenate(program.lower),
-        ubg=np.concatenate(program.upper),
-    )
-    unpack = ca.Function(
-        "unpack",
-        [variables],
-        [*program.variables, derivatives.outputs[1], program.distance(durations, guess)],
-    )
-    *solution, distance = [matrix.full().T for matrix in unpack(result["x"])]
-    objective = (float(result["f"]) - near * distance.item()) * program.cost_unit
+    start = {"x0": program.values(guess)} | program.bounds() | limits
+    result, stats = minimized("plan", nlp, options, **start)
+    pieces, durations, controls, slack = program.in_si(result["x"].full().ravel())
+    objective = float(result["f"]) * interval.cost_unit
     status = stats["return_status"]
     iterations = int(stats["iter_count"])
-    pieces, durations, controls, slack = program.in_si(solution)
     return PlanSolution(pieces, durations, controls, slack, objective, status, iterations)
 
 
-class NonlinearProgram:
-    """Variables and constraints on one mesh, scaled to be near 1; vectors of points are columns."""
+class Interval:
+    """One interval of the program of a problem, scaled to be near 1. All are alike.
 
-    def __init__(self, problem, mesh, durations, elastic):
+    z: symbols of what it is made of: c, c' at its begin, c'' and controls at its points, slack, its
+    width and the time at its begin. kept: what is between `low` and `high`; cost: its objective.
+
+    nodes: s, of the first mesh; guess: there. elastic: instead of the objective, the cost is by
+    what parts the limits are exceeded.
+    """
+
+    def __init__(self, problem, durations, nodes, guess, elastic=False):
         self.problem = problem
-        self.mesh = mesh
         self.elastic = elastic
-        self.rule = problem.scheme
-        sizes = [len(knots) - 1 for knots in mesh]
-        self.first = np.cumsum([0, *sizes])  # interval in which each phase begins
-        self.count = count = int(self.first[-1])
+        self.rule = rule = problem.scheme
+        self.coordinates = problem.coordinates
         self.length = problem.length
         self.time = float(np.sum(durations))
         self.force = problem.mass * (self.length / self.time**2 + problem.fall)
         self.torque = self.force * problem.lever
-        points = count * len(self.rule.c)
-        self.coordinates = problem.coordinates
         size = self.coordinates.size
-        self.at_knots = [ca.MX.sym(name, size, count + 1) for name in ("c", "c_dot")]
-        self.at_points = [ca.MX.sym(name, size, points) for name in ("c_c", "c_dot_c", "c_ddot_c")]
-        self.at_points.append(ca.MX.sym("controls", 2, points))
-        if problem.own is not None:
-            self.at_points.append(ca.MX.sym("t", 1, points))
-        self.phases = ca.MX.sym("phases", len(mesh))
-        self.slack = ca.MX.sym("slack", len(LIMITS))
-        self.variables = [*self.at_knots, *self.at_points, self.phases, self.slack]
-        # Durations that are all given are constants: the constraints on the motion are then linear.
-        if len(problem.timed) == len(problem.stops):
-            phases = ca.MX(ca.DM(np.asarray(durations) / self.time))
-        else:
-            phases = self.phases
-        self.total = ca.sum1(phases)
-        widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
-        phase_of = np.repeat(np.arange(len(mesh)), sizes).tolist()
-        self.h = (widths * phases[phase_of, 0]).T
-        self.point = _point(self)
-        self.outputs = [
-            ca.MX.sym(f"y{k}", self.point.size1_out(k), points) for k in range(self.point.n_out())
-        ]
-        (self.dynamics, self.tau, self.sines, self.q_dot, self.xi_ddot, self.kept, *self.own) = (
-            self.outputs
+        c, c_dot = ca.SX.sym("c", size), ca.SX.sym("c_dot", size)
+        c_ddot = ca.SX.sym("c_ddot", size, len(rule.c))
+        controls = ca.SX.sym("controls", 2, len(rule.c))
+        self.slack = ca.SX.sym("slack", len(LIMITS))
+        self.h = ca.SX.sym("h")
+        begin = ca.SX.sym("begin")
+        self.z = ca.vertcat(c, c_dot, ca.vec(c_ddot), ca.vec(controls), self.slack, self.h, begin)
+        self.point, sizes = _point(self)
+        self.nodes = []
+        points = []
+        for k, sigma in enumerate([*rule.c, 1.0]):
+            _, once, twice = map(ca.DM, rule.powers(sigma))
+            rate = c_dot + self.h * (c_ddot @ once)
+            place = c + self.h * (sigma * c_dot + self.h * (c_ddot @ twice))
+            if sigma < 1.0:
+                at = ca.vertcat(place, rate, c_ddot[:, k], controls[:, k], begin + self.h * sigma)
+                self.nodes.append((self.point, at))
+                points.append([ca.SX.sym("y", each) for each in sizes])
+        self.nodes.append((_knot(self), ca.vertcat(place, rate)))
+        self.end = ca.SX.sym("end", 2 * size)
+        self.outputs = [*(ca.vertcat(*each) for each in points), self.end]
+        # A column for each point.
+        dynamics, self.tau, self.sines, self.q_dot, self.xi_ddot, self.clearances, self.own = (
+            ca.horzcat(*each) for each in zip(*points)
         )
-        self.constraints = []
-        self.lower = []
-        self.upper = []
+        own_mean = self._own_mean(nodes, guess)
+        self.cost, self.cost_unit = self._cost(own_mean)
+        self.kept = []
+        self.low = []
+        self.high = []
+        self.keep(dynamics)
+        self.keep_limits()
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
         """Add low <= expression <= high, numbers or one per row.
@@ -173,57 +142,21 @@ class NonlinearProgram:
             self.keep(expression - slack, -np.inf, high)
             self.keep(expression + slack, low, np.inf)
             return
-        self.constraints.append(ca.vec(expression))
-        self.lower.append(np.full(expression.numel(), low))
-        self.upper.append(np.full(expression.numel(), high))
-
-    def keep_motion(self):
-        """Add continuity between intervals, their polynomials at the points, and the dynamics."""
-        xi, xi_dot = self.at_knots
-        xi_c, xi_dot_c, xi_ddot_c, *_ = self.at_points
-        interval = _interval(self).map(self.count)
-        on_xi, on_xi_dot, end, end_dot = interval(xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c)
-        self.keep(xi[:, 1:] - end)
-        self.keep(xi_dot[:, 1:] - end_dot)
-        self.keep(xi_c - on_xi)
-        self.keep(xi_dot_c - on_xi_dot)
-        self.keep(self.dynamics)
-
-    def keep_functions(self, durations, guess):
-        """Add the user's own constraints, and the time at each point; the unit of the own cost."""
-        if not self.own:
-            return
-        # A column for each interval, a row for each of its points.
-        starts = ca.cumsum(self.h, 1) - self.h
-        places = ca.DM(self.rule.c)
-        times = ca.repmat(starts, len(self.rule.c)) + places @ self.h
-        self.keep(self.at_points[-1].T - ca.vec(times))
-        _, kept = self.own
-        if kept.numel():
-            self.keep(kept, 0.0, np.inf, "functions")
-        nodes = self.rule.nodes(knots_of(self.mesh, durations))
-        given = [ca.DM(each.T) for each in self.points_of(nodes, guess)]
-        sizes = map(self.point.size_in, range(self.point.n_in()))
-        symbols = [ca.SX.sym("z", *size) for size in sizes]
-        functions = ca.vertcat(*self.point(*symbols)[-2:])
-        slope = ca.Function("slope", symbols, [ca.jacobian(functions, ca.vertcat(*symbols))])
-        values = self.point(*given)[-2:]
-        refuse_not_finite(self.problem.own, values, slope(*given).full(), nodes)
-        mean = float(np.abs(values[0].full()).mean())
-        self.own_unit = self.time * (mean or 1.0)
+        self.kept.append(ca.vec(expression))
+        self.low.append(np.full(expression.numel(), low))
+        self.high.append(np.full(expression.numel(), high))
 
     def keep_limits(self):
         """Add the limits: of polynomials by their Bezier points, so between nodes too."""
         limits = self.problem.constraints
-        rule = self.rule
+        to_bezier = ca.DM(self.rule.to_bezier.T)
         if limits.sin:
             self.keep(self.sines[:2, :], limits.sin, np.inf, "sin")
         if limits.det_A:
             self.keep(self.sines[2, :], limits.det_A, np.inf, "det_A")
         if limits.torque is not None:
             unit = ca.diag(self.torque / ca.DM(limits.torque))
-            share = unit @ self.rows(rule.to_bezier, self.tau)
-            self.keep(share, -1.0, 1.0, "torque")
+            self.keep(unit @ self.tau @ to_bezier, -1.0, 1.0, "torque")
         if limits.motors is not None:
             stall, speed = at_joints(limits.motors)
             unit = ca.diag(self.torque / ca.DM(stall))
@@ -234,138 +167,225 @@ class NonlinearProgram:
             self.keep(unit @ self.q_dot, -1.0, 1.0, "joint_speed")
         if limits.acceleration is not None:
             unit = self.length / self.time**2 / limits.acceleration
-            part = self.rows(rule.to_bezier, self.xi_ddot) * unit
+            part = self.xi_ddot @ to_bezier * unit
             limit = 1 + self.slack[LIMITS.index("acceleration")]
             self.keep(ca.sum1(part * part) - limit**2, -np.inf)
-        if self.kept.numel():
-            self.keep(self.kept, 0.0, np.inf, "poses")
+        self.keep(self.clearances, 0.0, np.inf, "poses")
+        self.keep(self.own[1:, :], 0.0, np.inf, "functions")
 
-    def keep_stops(self):
-        """Add accelerations and times of stops; with a weight on jerk, no acceleration jumps.
-
-        Positions and velocities are among the bounds.
-        """
-        at_start, at_end = self.rule.powers((0.0, 1.0))[0]
-        starts = self.rows(at_start[None], self.xi_ddot)
-        ends = self.rows(at_end[None], self.xi_ddot)
-        units = self.coordinates.units(self.problem)
-        for k, (conditions, _) in zip(self.first.tolist(), self.problem.stops):
-            for order, rows, value in self.coordinates.at(self.problem, conditions):
-                if rows is not None:
-                    scaled = ca.DM(value * self.time**order / units)
-                    error = self.at_knots[order][:, k] - scaled
-                    self.keep(ca.DM(rows * units) @ error)
-            if 2 in conditions:
-                value = ca.DM(conditions[2]) * self.time**2 / self.length
-                if k < self.count:
-                    self.keep(starts[:, k] - value)
-                if k > 0:
-                    self.keep(ends[:, k - 1] - value)
-        timed = self.problem.timed
-        for (i, before), (j, after) in zip(timed, timed[1:]):
-            lasts = ca.sum1(self.phases[i:j])
-            self.keep(lasts - (after - before) / self.time)
-        if self.problem.weights["jerk"]:
-            self.keep(ends[:, :-1] - starts[:, 1:])
-
-    def rows(self, matrix, values):
-        """Return matrix (r, s) times the values at the points of each interval, 2 x r count."""
-        one = ca.sparsify(ca.DM(matrix.T))
-        all_intervals = ca.kron(ca.DM.eye(self.count), one)
-        return values @ all_intervals
-
-    def cost(self):
-        """Return the weighted objective over its unit; the integrals of squares are exact."""
-
-        def integral(factor, values, h):
-            squares = ca.sum1(self.rows(factor @ self.rule.to_power, values) ** 2)
-            return ca.dot(squares, ca.reshape(ca.repmat(h, len(factor)), 1, -1))
-
+    def _cost(self, own_mean):
+        """Return the weighted objective over its unit, and this; integrals of squares are exact."""
+        rule = self.rule
+        quadrature = rule.powers(1.0)[1]
+        has_own = self.problem.own is not None and bool(self.problem.own.costs)
+        weights = self.problem.weights | {"own": float(has_own)}
         terms = {
-            "effort": integral(self.rule.square, self.tau, self.h),
-            "time": self.total,
-            "jerk": integral(self.rule.square_slope, self.xi_ddot, 1 / self.h),
+            "effort": self.h * ca.sumsqr(self.tau @ (rule.square @ rule.to_power).T),
+            "time": self.h,
+            "jerk": ca.sumsqr(self.xi_ddot @ (rule.square_slope @ rule.to_power).T) / self.h,
+            "own": self.h * (self.own[:1, :] @ quadrature) / own_mean,
         }
-        weights = self.problem.weights
         units = {
             "effort": self.torque**2 * self.time,
             "time": self.time,
             "jerk": self.length**2 / self.time**5,
+            "own": self.time * own_mean,
         }
-        self.cost_unit = sum(weights[name] * unit for name, unit in units.items())
-        cost = 0.0
-        for name, term in terms.items():
-            if weights[name]:
-                cost += weights[name] * units[name] * term
-        if self.own and self.problem.own.costs:
-            self.cost_unit += self.own_unit
-            quadrature = self.rule.powers(1.0)[1][None]
-            cost += self.time * ca.dot(self.rows(quadrature, self.own[0]), self.h)
-        return cost / self.cost_unit
+        unit = sum(weights[name] * each for name, each in units.items())
+        cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
+        return cost / unit, unit
 
-    def distance(self, durations, guess):
-        """Return the mean square distance of the points from those of a guess, scaled."""
-        units = self.coordinates.units(self.problem)
-        nodes = self.rule.nodes(knots_of(self.mesh, durations))
-        points = guess(nodes)[:, : len(units)]
-        difference = self.at_points[0] - ca.DM((points / units).T)
-        return ca.sumsqr(difference) / len(points)
+    def _own_mean(self, nodes, guess):
+        """Return the mean size of the user's own cost on the guess; ValueError where not finite."""
+        own = self.problem.own
+        if own is None:
+            return 1.0
+        at = np.hstack(self.scaled(nodes, guess)).T
+        z = ca.SX.sym("z", len(at))
+        functions = self.point(z)[-1 - len(own.constraints) :]
+        slope = ca.Function("slope", [z], [functions, ca.jacobian(functions, z)])
+        values, slopes = (each.full() for each in slope(at))
+        refuse_not_finite(own, values, slopes, nodes)
+        return float(np.abs(values[0]).mean()) or 1.0
 
-    def values(self, durations, guess):
-        """Return the guess as one column; n columns of a matrix are n rows here."""
-        knots = knots_of(self.mesh, durations)
-        at_knots = self.points_of(knots, guess)[:2]
-        at_points = self.points_of(self.rule.nodes(knots), guess)
-        slack = np.full(len(LIMITS), float(self.elastic))
-        parts = *at_knots, *at_points
-        return np.concatenate([*map(np.ravel, parts), durations / self.time, slack])
-
-    def points_of(self, t, guess):
-        """Return the guess at times t (n,) as the inputs of `point`, (n, ...) each, scaled."""
+    def scaled(self, t, guess):
+        """Return c, c', c'', controls and time of a guess at times t (n,), (n, ...) each."""
         own = self.coordinates.units(self.problem)
         control = np.full(2, self.coordinates.control(self))
         units = np.concatenate([own, own / self.time, own / self.time**2, control])
         size = self.coordinates.size
-        ends = size, 2 * size, 3 * size
-        parts = np.split(guess(t) / units, ends, axis=1)
-        return [*parts, t[:, None] / self.time] if self.own else parts
+        parts = np.split(guess(t) / units, [size, 2 * size, 3 * size], axis=1)
+        return [*parts, t[:, None] / self.time]
+
+    @cached_property
+    def functions(self):
+        """Functions of the results: end, what is kept, accelerations at both ends, cost."""
+        edges = self.xi_ddot @ ca.DM(self.rule.powers((0.0, 1.0))[0].T)
+        cost = REGULARIZING * self.cost if self.elastic else self.cost
+        result = ca.vertcat(self.end, *self.kept, ca.vec(edges), cost)
+        return differentiated(self.z, self.nodes, self.outputs, result)
+
+    @cached_property
+    def torques(self):
+        """Function z -> torques at the points, SI."""
+        values = ca.vertcat(*(function(place) for function, place in self.nodes))
+        tau = ca.substitute(self.tau, ca.vertcat(*self.outputs), values)
+        return ca.Function("torques", [self.z], [self.torque * tau])
+
+
+class NonlinearProgram:
+    """Variables and constraints on one mesh.
+
+    The variables are c, c' at the knots; c'' and controls at the points of each interval; the
+    phases' durations; slack.
+    """
+
+    def __init__(self, interval, mesh, durations):
+        self.interval = interval
+        self.problem = interval.problem
+        self.mesh = mesh
+        self.durations = durations
+        self.first = np.cumsum([0, *(len(knots) - 1 for knots in mesh)])  # interval of each phase
+        self.count = int(self.first[-1])
+        self.size = interval.coordinates.size
+        self.units = interval.coordinates.units(self.problem)
+        points = (self.size + 2) * len(interval.rule.c)
+        knots = 2 * self.size * (self.count + 1)
+        self.lengths = [knots, points * self.count, len(mesh), len(LIMITS)]
+
+    def whole(self):
+        """Return program, options with its derivatives, bounds of the constraints, for `nlpsol`."""
+        interval = self.interval
+        width = interval.functions[0].numel_out(0)
+        parts = np.split(np.eye(width), [2 * self.size, width - 5, width - 3, width - 1])
+        end, kept, begins, ends, cost = (kron(eye_array(self.count), part, "csr") for part in parts)
+        variables = sum(self.lengths)
+        slack = np.zeros((1, variables))
+        slack[:, -len(LIMITS) :] = interval.elastic
+        after = eye_array(len(end.indptr) - 1, variables, k=2 * self.size)
+        # Rows by the intervals' results and by the variables, and the value of their sum.
+        equal = [(-end, after, np.zeros(end.shape[0])), *self._stops(begins, ends)]
+        values = np.concatenate([value for *_, value in equal])
+        low, high = (
+            np.append(values, np.tile(np.concatenate(each), self.count))
+            for each in (interval.low, interval.high)
+        )
+        rows = [[cost.sum(axis=0)[None], slack], *(row[:2] for row in equal), [kept, None]]
+        nlp = program_of(interval.functions, self.inputs(), block_array(rows, format="csr"))
+        return *nlp, {"lbg": low, "ubg": high}
+
+    def _stops(self, begins, ends):
+        """Return rows, as in `whole`, for times, positions and accelerations of stops.
+
+        With a weight on jerk, no acceleration jumps. Other positions are among the bounds.
+        """
+        time = self.interval.time
+        found = []
+
+        def add(value, first, columns):
+            linear = np.zeros((len(value), sum(self.lengths)))
+            linear[:, first : first + columns.shape[1]] = columns
+            found.append((None, linear, value))
+
+        for k, order, rows, value in self._conditions():
+            if rows is not None:
+                add(rows @ (self.units * value), (2 * k + order) * self.size, rows * self.units)
+            if order == 2:
+                if k < self.count:
+                    found.append((begins[2 * k : 2 * k + 2], None, value))
+                if k > 0:
+                    found.append((ends[2 * k - 2 : 2 * k], None, value))
+        timed = self.problem.timed
+        for (i, before), (j, after) in zip(timed, timed[1:]):
+            lasts = np.array([(after - before) / time])
+            add(lasts, sum(self.lengths[:2]) + i, np.ones((1, j - i)))
+        if self.problem.weights["jerk"]:
+            jumps = ends[:-2] - begins[2:]
+            found.append((jumps, None, np.zeros(jumps.shape[0])))
+        return found
+
+    def _conditions(self):
+        """Yield (knot, order, rows, scaled value) of all stops, as of `coordinates.at`."""
+        time = self.interval.time
+        for k, (conditions, _) in zip(self.first.tolist(), self.problem.stops):
+            for order, rows, value in self.interval.coordinates.at(self.problem, conditions):
+                yield k, order, rows, value * time**order / self.units
+            if 2 in conditions:
+                yield k, 2, None, np.array(conditions[2]) * time**2 / self.interval.length
+
+    def inputs(self):
+        """Return the matrix of all intervals' inputs by the variables."""
+        ends = np.cumsum(self.lengths)
+        count = self.count
+        # Widths of the intervals, and times at their begins, by the durations of the phases.
+        widths = block_diag([np.diff(knots)[:, None] for knots in self.mesh]).toarray()
+        times = np.stack([widths, np.cumsum(widths, axis=0) - widths], axis=1)
+        slack = eye_array(len(LIMITS), ends[-1], k=ends[2])
+        before, after = (coo_array((2 * count, n)) for n in (ends[1], len(LIMITS)))
+        parts = [
+            eye_array(2 * self.size * count, ends[-1]),
+            eye_array(self.lengths[1], ends[-1], k=ends[0]),
+            kron(np.ones((count, 1)), slack),
+            hstack([before, times.reshape(2 * count, -1), after]),
+        ]
+        first = np.cumsum([0, *(part.shape[0] for part in parts)])
+        rows = [np.arange(*each).reshape(count, -1) for each in zip(first, first[1:])]
+        return vstack(parts, "csr")[np.hstack(rows).ravel()]
+
+    def values(self, guess):
+        """Return a guess as the variables."""
+        interval = self.interval
+        knots = knots_of(self.mesh, self.durations)
+        at_knots = interval.scaled(knots, guess)[:2]
+        at_points = interval.scaled(interval.rule.nodes(knots), guess)[2:4]
+        inner = np.hstack([each.reshape(self.count, -1) for each in at_points])
+        slack = np.full(len(LIMITS), float(interval.elastic))
+        parts = np.hstack(at_knots), inner, self.durations / interval.time, slack
+        return np.concatenate([*map(np.ravel, parts)])
 
     def bounds(self):
-        sides = []
-        for sign in (-1, 1):
-            shapes = [variable.shape[::-1] for variable in self.variables]
-            parts = [np.full(shape, sign * np.inf) for shape in shapes]
-            for k, (conditions, _) in zip(self.first, self.problem.stops):
-                for order, rows, value in self.coordinates.at(self.problem, conditions):
-                    scaled = value * self.time**order / self.coordinates.units(self.problem)
-                    width = 0.0
-                    if rows is not None:
-                        width = NEAR_STOP if order == 0 else np.inf
-                    parts[order][k] = scaled + sign * width
-            if sign < 0:
-                parts[-2][:], parts[-1][:] = 1e-6, 0.0
-            elif not self.elastic:
-                parts[-1][:] = 0.0
+        """Return the bounds of the variables, for `nlpsol`."""
+        sides = {}
+        for name, sign in (("lbx", -np.inf), ("ubx", np.inf)):
+            knots, points, phases, slack = (np.full(n, sign) for n in self.lengths)
+            knots = knots.reshape(-1, 2, self.size)
+            for k, order, rows, value in self._conditions():
+                if order < 2:
+                    width = 0.0 if rows is None else (NEAR_STOP, np.inf)[order]
+                    knots[k, order] = value + np.sign(sign) * width
+            # Durations that are all given are constants.
+            if len(self.problem.timed) == len(self.problem.stops):
+                phases = self.durations / self.interval.time
+            elif sign < 0:
+                phases[:] = 1e-6
+            if sign < 0 or not self.interval.elastic:
+                slack[:] = 0.0
             else:
                 # So B stays regular.
-                parts[-1][:, LIMITS.index("sin")] = 0.9 * self.problem.constraints.sin
-            sides.append(np.concatenate([part.ravel() for part in parts]))
+                slack[LIMITS.index("sin")] = 0.9 * self.problem.constraints.sin
+            sides[name] = np.concatenate([knots.ravel(), points, phases, slack])
         return sides
 
-    def in_si(self, solution):
+    def in_si(self, x):
         """Return pieces, durations of the phases, controls and slack of a solution."""
-        c, c_dot, _, _, c_ddot, controls, *_, phases, slack, tau = solution
-        units = self.coordinates.units(self.problem)
-        durations = self.time * phases.ravel()
+        interval = self.interval
+        knots, points, phases, slack = np.split(x, np.cumsum(self.lengths)[:-1])
+        c, c_dot = knots.reshape(-1, 2, self.size)[:-1].swapaxes(0, 1)
+        places = self.size * len(interval.rule.c)
+        c_ddot, controls = np.split(points.reshape(self.count, -1), [places], axis=1)
+        durations = interval.time * phases
+        z = (self.inputs() @ x).reshape(self.count, -1).T
+        tau = interval.torques.map(self.count)(z).full().T
         pieces = Pieces(
-            self.rule,
+            interval.rule,
             knots_of(self.mesh, durations),
-            units * c[:-1],
-            units / self.time * c_dot[:-1],
-            (units / self.time**2 * c_ddot).reshape(self.count, -1, len(units)),
-            (self.torque * tau).reshape(self.count, -1, 2),
+            self.units * c,
+            self.units / interval.time * c_dot,
+            self.units / interval.time**2 * c_ddot.reshape(self.count, -1, self.size),
+            tau.reshape(self.count, -1, 2),
         )
-        return (pieces, durations, self.coordinates.control(self) * controls, slack.ravel())
+        controls = interval.coordinates.control(interval) * controls.reshape(-1, 2)
+        return pieces, durations, controls, slack
 
 
 def knots_of(mesh, durations):
@@ -377,54 +397,41 @@ def knots_of(mesh, durations):
     return np.concatenate([*times, starts[-1:]])
 
 
-def _interval(program):
-    """Return (c, c', h, c'' at the points) -> (c, c' at the points, both at the end), scaled."""
-    rule = program.rule
-    size = program.coordinates.size
-    x = ca.SX.sym("x", size)
-    v = ca.SX.sym("v", size)
-    h = ca.SX.sym("h")
-    a = ca.SX.sym("a", size, len(rule.c))
-    places = [*rule.c, 1.0]
-    _, single, double = rule.powers(places)
-    xs, vs = [], []
-    for sigma, once, twice in zip(places, single, double):
-        vs.append(v + h * (a @ ca.DM(once)))
-        bend = h * (a @ ca.DM(twice))
-        xs.append(x + h * (sigma * v + bend))
-    end = xs.pop()
-    end, end_dot = program.coordinates.at_knot(program, end, vs[-1])
-    outputs = [ca.horzcat(*xs), ca.horzcat(*vs[:-1]), end, end_dot]
-    return ca.Function("interval", [x, v, h, a], outputs)
+def _knot(interval):
+    """Return c, c' at the end of an interval -> c, c' at the begin of the next one, scaled."""
+    size = interval.coordinates.size
+    c = ca.SX.sym("c", 2 * size)
+    after = interval.coordinates.at_knot(interval, c[:size], c[size:])
+    return ca.Function("knot", [c], [ca.vertcat(*after)])
 
 
-def _point(program):
-    """Return (c, c', c'', controls) -> residual, tau, sines, q', xi'', clearances, scaled.
+def _point(interval):
+    """Return (c, c', c'', controls, time -> outputs; their sizes), scaled.
 
-    With functions of the user's own also time -> their cost and constraints, SI.
+    They are residual, tau, sines, q', xi'', clearances; the user's own cost and constraints, SI.
     """
-    problem = program.problem
-    own = program.coordinates
-    length = program.length
-    time = program.time
-    units = ca.DM(own.units(problem))
-    c = [ca.SX.sym(name, own.size) for name in ("c", "c_dot", "c_ddot")]
+    problem = interval.problem
+    coordinates = interval.coordinates
+    length = interval.length
+    time = interval.time
+    units = ca.DM(coordinates.units(problem))
+    c = [ca.SX.sym(name, coordinates.size) for name in ("c", "c_dot", "c_ddot")]
     controls = ca.SX.sym("controls", 2)
+    t = ca.SX.sym("t")
     in_si = [units / time**k * symbol for k, symbol in enumerate(c)]
-    residual, tau, acc = own.point(program, in_si, controls)
+    residual, tau, acc = coordinates.point(interval, in_si, controls)
     pose = acc.rates.pose
     outputs = [
         residual,
-        tau / program.torque,
+        tau / interval.torque,
         ca.vertcat(*problem.signed_sines(pose)),
         time * acc.rates.q_dot,
         acc.xi_ddot * (time**2 / length),
         ca.vertcat(*problem.constraints.smooth(pose, length)),
+        ca.SX(0),
     ]
-    inputs = [*c, controls]
     if problem.own is not None:
-        t = ca.SX.sym("t")
-        inputs.append(t)
         point = MotionPoint.of(time * t, acc, tau, problem.bar_forces(acc, tau))
-        outputs += problem.own.function(*point)
-    return ca.Function("point", inputs, ca.cse(outputs))
+        outputs[-1] = ca.vertcat(*problem.own.function(*point))
+    function = ca.Function("point", [ca.vertcat(*c, controls, t)], [ca.vertcat(*outputs)])
+    return function, [each.numel() for each in outputs]
