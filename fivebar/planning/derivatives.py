@@ -82,7 +82,9 @@ def program_of(functions: tuple, inputs: csr_array, rows: csr_array) -> tuple:
 
     def assembled(function, left, right, constant, *given):
         blocks = function.map(count)(z, *given)
-        return _assembled(ca.vec(blocks.nz[:]), function.sparsity_out(0), count, left, right, constant)
+        return _assembled(
+            ca.vec(blocks.nz[:]), function.sparsity_out(0), count, left, right, constant
+        )
 
     grad_f = assembled(gradient, by_result[:1, costs].T, inputs, linear[:1])
     jac_g = assembled(slope, by_result[1:, others].T, inputs, linear[1:])

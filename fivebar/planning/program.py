@@ -279,7 +279,6 @@ class NonlinearProgram:
 
         With a weight on jerk, no acceleration jumps. Other positions are among the bounds.
         """
-        time = self.interval.time
         found = []
 
         def add(value, first, columns):
@@ -295,10 +294,10 @@ class NonlinearProgram:
                     found.append((begins[2 * k : 2 * k + 2], None, value))
                 if k > 0:
                     found.append((ends[2 * k - 2 : 2 * k], None, value))
-        timed = self.problem.timed
-        for (i, before), (j, after) in zip(timed, timed[1:]):
-            lasts = np.array([(after - before) / time])
-            add(lasts, sum(self.lengths[:2]) + i, np.ones((1, j - i)))
+        for i, j, lasts in self._given_times():
+            # One phase alone is among the bounds: a row without variables would be singular.
+            if j > i + 1:
+                add(np.array([lasts]), sum(self.lengths[:2]) + i, np.ones((1, j - i)))
         if self.problem.weights["jerk"]:
             jumps = ends[:-2] - begins[2:]
             found.append((jumps, None, np.zeros(jumps.shape[0])))
@@ -312,6 +311,12 @@ class NonlinearProgram:
                 yield k, order, rows, value * time**order / self.units
             if 2 in conditions:
                 yield k, 2, None, np.array(conditions[2]) * time**2 / self.interval.length
+
+    def _given_times(self):
+        """Yield (first phase, phase after the last one, scaled duration) where it is given."""
+        timed = self.problem.timed
+        for (i, before), (j, after) in zip(timed, timed[1:]):
+            yield i, j, (after - before) / self.interval.time
 
     def inputs(self):
         """Return the matrix of all intervals' inputs by the variables."""
@@ -353,11 +358,10 @@ class NonlinearProgram:
                 if order < 2:
                     width = 0.0 if rows is None else (NEAR_STOP, np.inf)[order]
                     knots[k, order] = value + np.sign(sign) * width
-            # Durations that are all given are constants.
-            if len(self.problem.timed) == len(self.problem.stops):
-                phases = self.durations / self.interval.time
-            elif sign < 0:
-                phases[:] = 1e-6
+            phases[:] = np.maximum(phases, 1e-6)
+            for i, j, lasts in self._given_times():
+                if j == i + 1:
+                    phases[i] = lasts
             if sign < 0 or not self.interval.elastic:
                 slack[:] = 0.0
             else:

@@ -8,7 +8,7 @@ loop's surface the state has four directions, so that a step of all motions take
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
@@ -26,7 +26,7 @@ BROKEN = 1e2  # weight of the square of a limit's excess, over the cost
 FARTHEST = 1.0  # rad or bars that a step may move a node
 FAST = 0.35  # rad or bars of an interval, beyond which a motion is too fast for it
 # Changes of damping and of the share of a step after one that is taken, and one that is not.
-EASIER, HARDER = 1.5, 3.0
+EASIER, HARDER = 4.0, 4.0
 GAUSS = np.array([0.5 - math.sqrt(3) / 6, 0.5 + math.sqrt(3) / 6])
 
 
@@ -380,7 +380,7 @@ class Motions:
         self.next = found
         return _times(tangent, bend), move, forces
 
-    def of(self, which: Iterable[int], count: int) -> Motions:
+    def of(self, which: Sequence[int], count: int) -> Motions:
         """Return some of the motions on `count` intervals, shorter where they are faster."""
         chosen = []
         share = np.diff(self.stops) / self.stops[-1]
@@ -406,7 +406,9 @@ class Motions:
             mean = [np.diff(np.interp(new, t, column)) / np.diff(new) for column in work.T]
             chosen.append((x, np.stack(mean, axis=1), new))
         x, torques, times = map(np.array, zip(*chosen))
-        return Motions(self.shooting, x, torques, times, stops)
+        motions = Motions(self.shooting, x, torques, times, stops)
+        motions.damping = self.damping[list(which)]
+        return motions
 
 
 def _times(matrices, vectors):

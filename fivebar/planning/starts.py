@@ -87,7 +87,7 @@ def starts_between(
             own = min(SWINGS, most) // len(factors)
             found = swings(shooting, start, goal, factor * duration, 2 * count, own)
             if found is not None:
-                shot.append(found.of(np.arange(len(found.x)), count))
+                shot.append(found.of(range(len(found.x)), count))
     motions = Motions.together(shot)
     number = len(motions.x) - along
     intervals = max(intervals, math.ceil(PLANNED * falls))
