@@ -118,11 +118,10 @@ def _expression(what, function, point):
 
 
 def refuse_not_finite(
-    own: OwnFunctions, outputs: list[ca.DM], slopes: np.ndarray, t: np.ndarray
+    own: OwnFunctions, values: np.ndarray, slopes: np.ndarray, t: np.ndarray
 ) -> None:
     """Raise where own functions (cost, constraints) or their slopes are not finite on a guess."""
     names = " + ".join(own.costs), *own.constraints
-    values = np.vstack([each.full() for each in outputs])
     for name, row in zip(names, values):
         bad = np.flatnonzero(~np.isfinite(row))
         if bad.size:

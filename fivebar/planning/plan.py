@@ -34,7 +34,7 @@ from .problem import (
     refuse_stops,
     working_modes,
 )
-from .program import Interval, knots_of, solve
+from .program import Interval, solve
 from .search import ways_between
 from .starts import Start, mesh_of, starts_between
 
@@ -312,8 +312,7 @@ class _PlanSearch:
     def solve(self, mesh, durations, guess, elastic=False):
         left = self.collocation.max_time - (time.thread_time() - self.began[1])
         if elastic not in self.intervals:
-            nodes = self.problem.scheme.nodes(knots_of(mesh, durations))
-            self.intervals[elastic] = Interval(self.problem, durations, nodes, guess, elastic)
+            self.intervals[elastic] = Interval(self.problem, mesh, durations, guess, elastic)
         found = solve(self.intervals[elastic], mesh, durations, guess, left)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error

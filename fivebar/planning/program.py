@@ -85,11 +85,11 @@ class Interval:
     z: symbols of what it is made of: c, c' at its begin, c'' and controls at its points, slack, its
     width and the time at its begin. kept: what is between `low` and `high`; cost: its objective.
 
-    nodes: s, of the first mesh; guess: there. elastic: instead of the objective, the cost is by
-    what parts the limits are exceeded.
+    mesh, durations, guess: the first ones, as of `solve`. elastic: instead of the objective, it is
+    minimized by what parts the limits are exceeded.
     """
 
-    def __init__(self, problem, durations, nodes, guess, elastic=False):
+    def __init__(self, problem, mesh, durations, guess, elastic=False):
         self.problem = problem
         self.elastic = elastic
         self.rule = rule = problem.scheme
@@ -124,7 +124,7 @@ class Interval:
         dynamics, self.tau, self.sines, self.q_dot, self.xi_ddot, self.clearances, self.own = (
             ca.horzcat(*each) for each in zip(*points)
         )
-        own_mean = self._own_mean(nodes, guess)
+        own_mean = self._own_mean(rule.nodes(knots_of(mesh, durations)), guess)
         self.cost, self.cost_unit = self._cost(own_mean)
         self.kept = []
         self.low = []

@@ -100,7 +100,9 @@ def test_defects_between_nodes_shrink_with_their_order(degree):
     guess, durations = first_guess(problem)
     errors = []
     for n in (6, 12, 24):
-        found = transcription.solve(problem, [np.linspace(0, 1, n + 1)], durations, guess, 30)
+        mesh = [np.linspace(0, 1, n + 1)]
+        interval = transcription.Interval(problem, mesh, durations, guess)
+        found = transcription.solve(interval, mesh, durations, guess, 30)
         errors.append(plans.Plan(problem, found.pieces, found.objective, found.status).error)
     measured = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.abs(measured - degree).max() <= 0.35

@@ -30,9 +30,9 @@ def tries(monkeypatch):
     fails = set()
     exact = planner.solve
 
-    def solve(problem, mesh, durations, guess, left, elastic, iterations, near):
-        calls.append((len(mesh[0]) - 1, guess, elastic))
-        found = exact(problem, mesh, durations, guess, left, elastic, iterations, near)
+    def solve(interval, mesh, durations, guess, left):
+        calls.append((len(mesh[0]) - 1, guess, interval.elastic))
+        found = exact(interval, mesh, durations, guess, left)
         return replace(found, status="Failed") if len(calls) in fails else found
 
     monkeypatch.setattr(planner, "solve", solve)
@@ -129,10 +129,9 @@ def test_limits_that_cannot_be_kept_are_the_only_ones_named(tries, monkeypatch):
     fails.add(1)
     exact = planner.solve
 
-    def solve(*given):
-        found = exact(*given)
-        elastic = given[5]
-        slack = np.array([0.01 * (elastic and name == "joint_speed") for name in LIMITS])
+    def solve(interval, *given):
+        found = exact(interval, *given)
+        slack = np.array([0.01 * (interval.elastic and name == "joint_speed") for name in LIMITS])
         return replace(found, slack=slack)
 
     monkeypatch.setattr(planner, "solve", solve)

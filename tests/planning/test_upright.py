@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -12,7 +11,6 @@ from fivebar.models.charts import BarAngles
 from fivebar.models.four_joints import bars_pose, closed, loop_gap
 from fivebar.planning.collocation import Scheme
 from fivebar.planning.coordinates import bars
-from fivebar.planning.derivatives import Derivatives
 from fivebar.planning.problem import Problem, checked_weights
 
 DOWN = (0.0, -9.81)
@@ -139,47 +137,3 @@ def test_an_interval_ends_on_the_closed_loop():
     )
     assert np.hypot(*loop_gap(bars_pose(HEAVY, tuple(closed_bars)))) < 1e-6
     assert np.abs(closed_bars - open_bars).max() < 3e-3 and np.abs(closed_rates - rates).max() < 0.5
-
-
-def test_derivatives_are_those_of_casadi():
-    """Of a program of 5 points whose outputs meet in sums, products and the objective."""
-    rng = np.random.default_rng(3)
-    a, b = ca.SX.sym("a", 2), ca.SX.sym("b")
-    point = ca.Function(
-        "point", [a, b], [ca.vertcat(ca.sin(a[0] * b), a[1] ** 2 * b), ca.exp(a[0]) * a[1]]
-    )
-    count = 5
-    free, at_points = ca.MX.sym("free", 3), [ca.MX.sym("a", 2, count), ca.MX.sym("b", 1, count)]
-    outputs = [ca.MX.sym("u", 2, count), ca.MX.sym("v", 1, count)]
-
-    def goal(u, v):
-        return ca.sumsqr(u[0, :]) + free[0] * ca.sum2(v) + ca.sumsqr(free)
-
-    def limits(u, v):
-        return ca.vertcat(u[0, :].T * free[1], v.T - at_points[1].T, ca.sum2(u[1, :] * v) + free[2])
-
-    variables = [free, *at_points]
-    found = Derivatives(point, variables, at_points, outputs, goal(*outputs), limits(*outputs))
-    x = ca.MX.sym("x", 3 + 3 * count)
-    parts = [
-        x[:3],
-        ca.reshape(x[3 : 3 + 2 * count], 2, count),
-        ca.reshape(x[3 + 2 * count :], 1, count),
-    ]
-    whole = ca.Function(
-        "whole",
-        variables,
-        [goal(*point.map(count)(*at_points)), limits(*point.map(count)(*at_points))],
-    )
-    f, g = whole(*parts)
-    weights = ca.MX.sym("f"), ca.MX.sym("g", g.numel())
-    gamma = weights[0] * f + ca.dot(weights[1], g)
-    own = ca.Function(
-        "own", [x, *weights], [g, ca.jacobian(g, x), ca.triu(ca.hessian(gamma, x)[0])]
-    )
-    numbers = rng.normal(size=x.numel()), rng.normal(), rng.normal(size=g.numel())
-    expected = [each.full() for each in own(*numbers)]
-    jacobian = found.options["jac_g"](numbers[0], [])
-    hessian = found.options["hess_lag"](numbers[0], [], *numbers[1:])
-    for each, value in zip(expected, (*jacobian, hessian), strict=True):
-        np.testing.assert_allclose(value.full(), each, rtol=1e-13, atol=1e-13)
