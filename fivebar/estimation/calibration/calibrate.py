@@ -39,12 +39,13 @@ from .fit import (
     weighted_by_loops,
 )
 from .measured_robot import PLACE, UNKNOWNS, length_ok, place, sizes, values_of
-from .mistakes import find_mistakes
+from .mistakes import CHECKED, find_mistakes
 from .result import Calibration
 from .rows import rows_of
 from .starts import begin
 
 TURNED = "offset1", "offset2", "turn"
+FAR = 0.05  # of a bar: who measures misses by less
 DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
 
@@ -167,8 +168,8 @@ def calibrate(
             f"{what} in {where}: {'; '.join(wrong)}. Put that right (mistakes='mend' does,"
             " on the command line --mistakes mend), or take the data as they are (mistakes='keep')"
         )
-    if not length_ok(p):
-        p = task.start.copy()
+    if wrong or not length_ok(p):
+        p = begin(task)
     # What the rows do not tell stays near the start, which of such angles is where they were found.
     found_angles = [PLACE[name] for name in task.turned if name not in priors]
     near = task.start.copy()
@@ -188,6 +189,8 @@ def calibrate(
         task = _with_possible_lengths(task)
         fitted, p, held = _fit(task, first, assembly, None if absolute else scatter)
     task = fitted
+    if mistakes != "keep":
+        _refuse_far_misses(task, p, assembly)
     at = place(p, task.rows.q, assembly)
     sines = np.nan_to_num(np.column_stack([at.sines, at.det]))
     other = (task.rows.modes * sines > CLEAR).any(axis=1)
@@ -199,6 +202,10 @@ def calibrate(
     turns = [k for k in free if UNKNOWNS[k] in TURNED]
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
     notes = [*task.rows.notes, *(f"put right: {words}" for words in wrong)]
+    if len(task.rows) < CHECKED:
+        notes.append(
+            f"so few rows do not show a wrong unit, sign or mode: {CHECKED} rows or more do"
+        )
     if names := _names_of(task.rows, uncertain):
         notes.append(f"assembly mode uncertain, the nearer one was taken: {names}")
     found = Calibration(
@@ -301,7 +308,7 @@ def _prior(priors, unknown, size, absolute):
     if not priors:
         return None
     if not absolute:
-        raise ValueError("priors need sigma, the standard deviation of a measured number")
+        raise ValueError("priors need sigma (--sigma), the standard deviation of a measured number")
     result = np.zeros(len(unknown))
     for name, sd in priors.items():
         if name not in unknown:
@@ -309,6 +316,20 @@ def _prior(priors, unknown, size, absolute):
         k = unknown.index(name)
         result[k] = size[k] / positive(sd, f"priors[{name!r}]")
     return result
+
+
+def _refuse_far_misses(task, p, assembly):
+    """Refuse a fit that is none: its misses are of another size than errors of measurement."""
+    off, _ = residuals(p, task.rows, assembly, derive=False)
+    missed = np.sqrt(np.mean(off**2)) if task.loss == "linear" else np.median(np.abs(off))
+    size = task.bar * p[PLACE["scale"]]
+    if missed > max(FAR * size, 4 * task.sigma):
+        raise ValueError(
+            f"no robot with these unknowns fits: the best one misses by {1e3 * missed:.3g} mm,"
+            f" {missed / size:.0%} of a bar. Are q1, q2 in degrees, x, y in mm (units=, --units"
+            " deg mm), or has one the wrong sign? Is all unknown that is not known (offsets, the"
+            " frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes this fit as it is"
+        )
 
 
 def _with_possible_lengths(task):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...base.backend import wrap
-from .fit import LeastSquares
+from .fit import CLEAR, LeastSquares
 from .measured_robot import PLACE, bars_off, sines_at
 from .rows import MeasuredRows
 from .starts import SUSPECT, begin, doubt, first, median_error, radians_per_count, settled
@@ -21,6 +21,7 @@ from .starts import SUSPECT, begin, doubt, first, median_error, radians_per_coun
 DEG = np.pi / 180
 FALLS = 0.15  # to this share the errors fall where a mistake is found
 MOST = 20  # changes that are looked at closely
+CHECKED = 4  # rows with a point: in fewer no mistake shows
 
 
 def _readings(*factors):
@@ -46,6 +47,7 @@ READINGS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "q1 and q2 swapped": _swapped_readings,
     "q1 with the wrong sign": _readings(-1.0, 1.0),
     "q2 with the wrong sign": _readings(1.0, -1.0),
+    "q1 and q2 with the wrong sign": _readings(-1.0, -1.0),
 }
 POINTS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "x in mm": _points(1e-3, 1.0),
@@ -59,21 +61,26 @@ POINTS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
 
 def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]:
     """Return the mistakes found, the task with them put right, and values (16,) to begin with."""
-    if task.rows.whole.sum() < 4:
+    if task.rows.whole.sum() < CHECKED:
         return [], task, begin(task)
     found: list[str] = []
     limit = max(SUSPECT * task.bar, 5 * task.sigma)
     p = begin(task, far=False)
     if doubt(task, p) >= limit:
-        changes = POINTS | READINGS | _counts(task)
-        found, task = _wrong_columns(task, p, {(words,): [f] for words, f in changes.items()})
-        p = begin(task)
-    if not found and doubt(task, p) >= limit:  # far offsets are likelier than two mistakes
-        pairs: dict[tuple, list] = {}
-        for words, change in (READINGS | _counts(task)).items():
-            pairs |= {(words, other): [change, POINTS[other]] for other in POINTS}
-        found, task = _wrong_columns(task, p, pairs)
-        p = begin(task)
+        readings = READINGS | _counts(task)
+        one = {(words,): [change] for words, change in (POINTS | readings).items()}
+        two: dict[tuple, list] = {}
+        for words, change in readings.items():
+            two |= {(words, other): [change, POINTS[other]] for other in POINTS}
+        found, mended, end = _wrong_columns(task, p, one, far=False)
+        if not found:  # motors and a frame may lie anywhere, which is likelier than a mistake
+            p = begin(task)
+        for changes in (one, two):
+            if not found and doubt(task, p) >= limit:
+                found, mended, end = _wrong_columns(task, p, changes, far=True)
+        if found:
+            task = mended
+            p = end
     rows_found, task = _wrong_modes(task, p)
     return found + rows_found, task, p
 
@@ -91,33 +98,43 @@ def _changed(task, changes):
     return replace(task, rows=rows, size=size)
 
 
-def _wrong_columns(task, before, changes):
-    """Return the change after which the legs reach the points, in words, and the changed task.
+def _wrong_columns(task, before, changes, far):
+    """Return the change after which the legs reach the points, in words, and the changed task with
+    its values.
 
-    Of several, the one that turns the frame and the joints least: a reflected frame is another one,
-    turned.
+    Of several, one that keeps the noted modes, and of these the one that turns the frame and the
+    joints least: a reflected frame is another one, turned. Each begins with the frame on the points,
+    if `far` with the free offsets all over a turn.
     """
     tasks = {words: _changed(task, each) for words, each in changes.items()}
-    starts = {words: first(each) for words, each in tasks.items()}
+    starts = {words: first(each, far) for words, each in tasks.items()}
     near = sorted(changes, key=lambda words: doubt(tasks[words], starts[words]))[:MOST]
     ends = {words: settled(tasks[words], starts[words]) for words in near}
     doubts = {words: doubt(tasks[words], ends[words]) for words in near}
     least = min(doubts.values())
-    if least > min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar):
-        return [], task
     limit = max(1.5 * least, 1e-4 * task.bar)
-    alike = [words for words in changes if doubts.get(words, np.inf) < limit]
-    turned = {words: _turned_by(task, ends[words]) for words in alike}
-    best = min(alike, key=lambda words: round(turned[words], 1))
-    if turned[best] > 1.0 and doubt(task, begin(task)) < limit:
-        return [], task  # motors and a frame may lie anywhere
+    alike = {}
+    for words in changes:
+        if doubts.get(words, np.inf) < limit:
+            turned = _turned_by(task, ends[words])
+            alike[words] = (other_modes(ends[words], tasks[words].rows).sum(), round(turned, 1))
+    best = min(alike, key=alike.__getitem__)
+    fits = least <= min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar)
+    if not fits or (alike[best][1] > 1.0 and not far):
+        return [], task, before
     after = median_error(tasks[best], ends[best])
     now = median_error(task, before)
     sizes = (
         f"(the bars miss the points by {1e3 * after:.3g} mm then, by {1e3 * now:.3g} mm as it is;"
         " medians)"
     )
-    return [f"column {words}? {sizes}" for words in best], tasks[best]
+    return [f"column {words}? {sizes}" for words in best], tasks[best], ends[best]
+
+
+def other_modes(p: ndarray, rows: MeasuredRows) -> ndarray:
+    """Return where (n,) bars drawn to the measured points are clearly in other modes than noted."""
+    sines = np.nan_to_num(sines_at(p, rows.q, rows.points))
+    return (rows.modes * sines > CLEAR).any(axis=1)
 
 
 def _turned_by(task, p):

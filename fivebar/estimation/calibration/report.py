@@ -23,10 +23,12 @@ def shown_in(name: str) -> tuple[float, str]:
 def report(found: Calibration) -> str:
     """Return the report, some lines."""
     lines = [*_fit(found), "", *_table(found), ""]
+    lines += [f"- {sentence}" for sentence in found.weakly_identified]
     if found.indistinguishable:
         lines.append("not told apart by these data:")
-    sentences = [*found.indistinguishable, *found.weakly_identified]
-    lines += [f"- {sentence}" for sentence in sentences] or ["all unknowns are told apart"]
+    lines += [f"- {sentence}" for sentence in found.indistinguishable]
+    if not found.weakly_identified and not found.indistinguishable:
+        lines.append("all unknowns are told apart")
     if found.outliers:
         rows = (f"{where} (p = {p:.1g})" for where, p in found.outliers.items())
         lines += ["", f"off all other rows: {', '.join(rows)}"]
@@ -60,12 +62,13 @@ def _fit(found):
         counted.append(f"{distances} distances")
     modes = np.unique(np.column_stack([found.working, found.assembly]), axis=0)
     alone = found.leave_one_out
-    left_out = f"{1e3 * alone:.4g} mm" if np.isfinite(alone) else "unknown"
+    left_out = f", {1e3 * alone:.4g} mm of rows left out" if np.isfinite(alone) else ""
+    count = len(found.rows)
     lines = [
-        f"{len(found.rows)} rows with {' and '.join(counted)}, in {len(modes)} of 8 modes;"
+        f"{count} row{'s' * (count > 1)} with {' and '.join(counted)}, in {len(modes)} of 8 modes;"
         f" {len(found.unknown)} unknowns, of which {found.rank} combinations can be told",
-        f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after,"
-        f" {left_out} of rows left out",
+        f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after"
+        f"{left_out}",
     ]
     if found.p_value is None:
         share = found.rms / np.mean(found.start[:4])

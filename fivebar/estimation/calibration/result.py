@@ -39,6 +39,7 @@ from .profile import profile
 from .rows import MeasuredRows
 
 DEVIATIONS = np.geomspace(1e-5, 1.0, 101)  # of lengths beforehand, in mean bars
+EXACT = 1e-12  # of a mean bar: smaller misses are rounding
 KIND = "calibration of a five-bar"
 
 
@@ -225,9 +226,9 @@ class Calibration(Plotted):
 
     @cached_property
     def correlation(self) -> ndarray:
-        """(k, k) of the unknowns, 0 where one has no variance."""
+        """(k, k) of the unknowns, nan where one has no variance."""
         deviation = np.sqrt(np.diag(self.covariance))
-        scale = np.where(deviation > 0, deviation, np.inf)
+        scale = np.where(deviation > 0, deviation, np.nan)
         return self.covariance / np.outer(scale, scale)
 
     def intervals(
@@ -386,6 +387,8 @@ class Calibration(Plotted):
     @cached_property
     def outliers(self) -> dict[str, float]:
         """{row: p} of outlying rows, p the probability of that by chance in any row, below 1 %."""
+        if self.rms < EXACT * np.mean(self.start[:4]):
+            return {}
         off, jacobian = self._residuals
         found = outlying_rows(off, jacobian, self.rank, self.rows.row_of, self.absolute)
         return {self.rows.where[row]: p for row, p in found.items()}

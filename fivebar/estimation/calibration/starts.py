@@ -14,6 +14,7 @@ from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, 
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
 TURNS = np.arange(0, 2 * np.pi, np.pi / 4)  # at which what may be turned begins
+SETTLED = 6  # of such starts, the best, from which least squares begin
 MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
 COUNTS_PER_TURN = (
     "400 500 512 600 800 1000 1024 1200 1600 2000 2048 2400 2500 3200 3600 4000 4096 5000 6400 8000"
@@ -34,15 +35,19 @@ def begin(task: LeastSquares, far: bool = True) -> ndarray:
     best = settled(task, first(task))
     near = _counted, _turned_frames
     for starts in (*near, _turned) if far else near:
-        if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
-            other = settled(task, _least_doubtful(task, tried))
-            best = _least_doubtful(task, [best, other])
+        if doubt(task, best) > SUSPECT * task.bar:
+            tried = sorted(starts(task), key=lambda p: doubt(task, p))[:SETTLED]
+            best = _least_doubtful(task, [best, *(settled(task, p) for p in tried)])
     return best
 
 
-def first(task: LeastSquares) -> ndarray:
-    """Return the start, or the start with the frame that fits best, whichever misses least."""
-    return _least_doubtful(task, [task.start, *_framed(task, task.start)])
+def first(task: LeastSquares, far: bool = False) -> ndarray:
+    """Return the start, or the start with the frame that fits best, whichever misses least.
+
+    With `far`, one of those with the free offsets anywhere in a turn.
+    """
+    turned = _turned(task) if far else []
+    return _least_doubtful(task, [task.start, *_framed(task, task.start), *turned])
 
 
 def _least_doubtful(task, tried):
