@@ -154,7 +154,7 @@ def identify(
         theta = nearest_bodies(robot, labels, theta, last.cov)
     values = dict(zip(labels, theta.tolist()))
     result = _robot(robot, sought, values)
-    cov = spread(full, [told.index(column) for column in chosen], last) if out else last.cov
+    cov = spread(full, [told.index(column) for column in chosen], last, int(rows.counts.sum()))
     sd = np.sqrt(np.diag(cov))
     whole = known.copy()
     whole[chosen] = theta
@@ -273,12 +273,9 @@ def _smallest_model(robot, rows, told, full):
     optional_ = [k for k, column in enumerate(told) if names[column] not in masses]
     friction = [k for k in optional_ if names[told[k]][0] == "f"]
     never = [k for k in friction if full.theta[k] < 0]
-    # Noise of encoders hides friction less than inertia, of which it may make some that is none.
-    excess = np.where(np.isin(np.arange(len(told)), friction), 1.0, full.excess)
-    cov = full.cov * np.outer(excess, excess)
     each = price(int(rows.counts.sum()), len(optional_))
     while True:
-        kept = smallest(full.theta, cov, optional_, each, never)
+        kept = smallest(full.theta, full.cov, optional_, each, never)
         places = [k for k in range(len(told)) if k in kept or k not in optional_]
         chosen = [told[k] for k in places]
         last = fit(rows, chosen)

@@ -1,21 +1,23 @@
 """Weighted linear regression by QR, its covariance, and the smallest model that the data allow.
 
-Residuals of measured motions may be neither white nor of one size: noise of encoders becomes torque
-by the square of its frequency, so that it is small where friction acts. Standard deviations are
-those of Newey and West [Newey1987]_, which assume neither. In them each residual is that of a fit
-without its row (HC3 [MacKinnon1985]_): near a singularity a few rows, with the most noise, draw the
-fit to them.
+Noise of encoders becomes torque by the square of its frequency, so that residuals are not white:
+neighbours tend to cancel, most where friction and slow motions act. Each row is taken minus what
+the residual before foretells of its own [Cochrane1949]_, which leaves white noise. Deviations do
+not ask for noise of one size: they are of residuals, each of a fit without its row (HC3
+[MacKinnon1985]_), as near a singularity a few rows, with the most noise, draw the fit to them.
 
 A set R of parameters is left out at the cost theta_R^T C_RR^-1 theta_R (Wald), a chi square of as
 many degrees of freedom where they are 0. Each that stays costs log n + 3 log p (the extended BIC
 [Chen2008]_ with gamma = 3/2; n rows, p candidates: of 14 that are 0 one stays in about 0.3 % of the
 logs). The chosen model has the lowest cost.
 
-.. [Newey1987] W. Newey, K. West, A simple, positive semi-definite, heteroskedasticity and
-   autocorrelation consistent covariance matrix, 1987.
+.. [Cochrane1949] D. Cochrane, G. Orcutt, Application of least squares regression to relationships
+   containing auto-correlated error terms, 1949.
 .. [MacKinnon1985] J. MacKinnon, H. White, Some heteroskedasticity-consistent covariance matrix
    estimators with improved finite sample properties, 1985.
 .. [Chen2008] J. Chen, Z. Chen, Extended Bayesian information criteria, 2008.
+.. [Buckland1997] S. Buckland, K. Burnham, N. Augustin, Model selection: an integral part of
+   inference, 1997.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from .filtering import RegressionRows
 # Rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine.
 BLOCK = 64
 FINEST = 1e-5  # of a motor's torque: the least noise that is believed
-LEAST_SHARE = 0.5  # of a variance if residuals were white, that autocorrelation is believed
+WHITENED = 2  # times that residuals are made white, each by the fit before
 LEAST_FREE = 0.05  # of a row's own residual that a fit is taken to leave
 
 
@@ -39,7 +41,6 @@ LEAST_FREE = 0.05  # of a row's own residual that a fit is taken to leave
 class RegressionFit:
     """A regression: theta (p,) and cov (p, p) of its columns.
 
-    excess (p,): by how much larger deviations would be if residuals were white, at least 1;
     residual (n, 2), 0 where a row does not count; sigma (2,) N m: the standard deviation of each
     motor's rows; misfit: rms of both motors' residuals in units of the torques' own rms.
     """
@@ -49,7 +50,6 @@ class RegressionFit:
     residual: ndarray
     sigma: ndarray
     misfit: float
-    excess: ndarray | float = 1.0
 
 
 def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) -> RegressionFit:
@@ -63,35 +63,48 @@ def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) ->
     power = (tau**2).sum(axis=0)
     size = np.maximum(np.sqrt(power / np.maximum(counts, 1)), 1e-300)
     free = np.maximum(counts - len(columns) / 2, 1)
+    system = np.concatenate([W, tau[..., None]], axis=2)
+    theta, *_ = _weighted(system, size, free)
+    for _ in range(WHITENED):
+        residual = np.where(rows.counts, tau - W @ theta, 0.0)
+        white = _whitened(system, residual, rows.breaks)
+        theta, bread, sigma = _weighted(white, size, free)
+    residual = np.where(rows.counts, tau - W @ theta, 0.0)
+    weighted = white / sigma[:, None]
+    weighted_W = weighted[..., :-1]
+    leverage = ((weighted_W @ bread) * weighted_W).sum(axis=2)
+    error = weighted[..., -1] - weighted_W @ theta
+    left_out = error / np.maximum(1.0 - leverage, LEAST_FREE)  # of a fit without the row
+    scores = np.einsum("nmp,nm->np", weighted_W, left_out)
+    robust = bread @ (scores.T @ scores) @ bread
+    rms = np.maximum(np.sqrt((residual**2).sum(axis=0) / free), FINEST * size)
+    shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
+    misfit = float(np.sqrt(np.mean(shares)))
+    return RegressionFit(theta, robust, residual, rms, misfit)
+
+
+def _weighted(system, size, free):
+    """Return least squares of [W, tau] (n, 2, p + 1), its (W^T W)^-1 in sigmas, and sigma (2,)."""
     # Each motor's rows as a triangle, on which the weights are put.
-    triangles = []
-    for k in (0, 1):
-        system = np.column_stack([W[:, k], tau[:, k]])
-        triangles.append(triangle(system))
+    triangles = [triangle(system[:, k]) for k in (0, 1)]
     sigma = size.copy()
     for _ in range(3):
         weighted = [own / each for own, each in zip(triangles, sigma)]
         theta, R, scales = _solve(np.concatenate(weighted))
-        missed = []
-        for own in triangles:
-            error = own[:, -1] - own[:, :-1] @ theta
-            missed.append(np.linalg.norm(error))
-        sigma = np.array(missed) / np.sqrt(free)
-        sigma = np.maximum(sigma, FINEST * size)
-    residual = np.where(rows.counts, tau - W @ theta, 0.0)
+        missed = [np.linalg.norm(own[:, -1] - own[:, :-1] @ theta) for own in triangles]
+        sigma = np.maximum(np.array(missed) / np.sqrt(free), FINEST * size)
     inverse = np.linalg.inv(R) / scales[:, None]
-    bread = inverse @ inverse.T
-    weighted_W = W / sigma[:, None]
-    leverage = ((weighted_W @ bread) * weighted_W).sum(axis=2)
-    left_out = residual / np.maximum(1.0 - leverage, LEAST_FREE)  # of a fit without the row
-    scores = np.einsum("nmp,nm->np", weighted_W, left_out / sigma)
-    robust = bread @ _meat(scores, rows.breaks) @ bread
-    least = np.interp(len(residual), (100, 300), (1.0, LEAST_SHARE))  # few rows are not sure of it
-    more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), least))
-    excess = np.maximum(1 / more, 1.0)
-    shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
-    misfit = float(np.sqrt(np.mean(shares)))
-    return RegressionFit(theta, bread * np.outer(more, more), residual, sigma, misfit, excess)
+    return theta, inverse @ inverse.T, sigma
+
+
+def _whitened(system, residual, breaks):
+    """Return each row of [W, tau] minus the row before it, as much as their residuals are alike."""
+    follows = np.ones((len(system), 1))
+    follows[list(breaks)] = 0.0
+    before = follows * np.roll(residual, 1, axis=0)
+    products = (before * residual).sum(axis=0)
+    factor = products / np.maximum((before**2).sum(axis=0), 1e-300)
+    return system - (factor * follows)[..., None] * np.roll(system, 1, axis=0)
 
 
 def _solve(flat):
@@ -111,18 +124,6 @@ def triangle(flat: ndarray) -> ndarray:
     padded.reshape(-1, columns)[:rows] = flat
     parts = np.asarray(np.linalg.qr(padded, mode="r"))
     return triangle(parts.reshape(-1, columns))
-
-
-def _meat(scores, breaks):
-    """Return the sum of products of scores up to some rows apart, with Bartlett's weights."""
-    lags = int(4 * (len(scores) / 100) ** (2 / 9))
-    total = scores.T @ scores
-    for lag in range(1, lags + 1):
-        products = np.zeros_like(total)
-        for piece in np.split(scores, breaks[1:]):
-            products = products + piece[:-lag].T @ piece[lag:]
-        total = total + (1 - lag / (lags + 1)) * (products + products.T)
-    return total
 
 
 def price(rows: int, candidates: int) -> float:
@@ -166,15 +167,27 @@ def left_out_cost(theta: ndarray, cov: ndarray, left_out: list[int]) -> float:
     return float(part @ cho_solve(cho_factor(block + 1e-12 * np.eye(len(left_out))), part))
 
 
-def spread(full: RegressionFit, kept: list[int], last: RegressionFit) -> ndarray:
+def spread(full: RegressionFit, kept: list[int], last: RegressionFit, rows: int) -> ndarray:
     """Return the covariance (k, k) of the kept parameters where the others may not be 0.
 
-    Leaving out moves a value by b and its variance from that of the full model to that of the last
-    fit, whose deviation holds if all that is left out is 0. The mean square of the error is
-    estimated by var_last + b^2: where what is left out is 0, the mean of b^2 is
-    var_full - var_last. Correlations are those of the full model.
+    It is the mean over the chosen model and all with one parameter more, with the squares of how
+    far values move, weighted by exp(-BIC / 2) [Buckland1997]_.
     """
-    whole = full.cov[np.ix_(kept, kept)]
-    moved = full.theta[kept] - last.theta
-    scale = np.sqrt((np.diag(last.cov) + moved**2) / np.diag(whole))
-    return whole * np.outer(scale, scale)
+    out = [k for k in range(len(full.theta)) if k not in kept]
+    total = last.cov.copy()
+    weights = 1.0
+    for more in out:
+        zero = [k for k in out if k != more]
+        own = [*kept, more]
+        theta = full.theta[own]
+        cov = full.cov[np.ix_(own, own)]
+        if zero:  # the values of all others, given that these are 0
+            across = full.cov[np.ix_(own, zero)]
+            by_zero = np.linalg.solve(full.cov[np.ix_(zero, zero)], across.T).T
+            theta = theta - by_zero @ full.theta[zero]
+            cov = cov - by_zero @ across.T
+        weight = min(np.exp((theta[-1] ** 2 / cov[-1, -1] - np.log(rows)) / 2), 1e9)
+        moved = theta[:-1] - last.theta
+        total += weight * (cov[:-1, :-1] + np.outer(moved, moved))
+        weights += weight
+    return total / weights
