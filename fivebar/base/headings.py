@@ -133,7 +133,7 @@ def names_of(wanted: Mapping[str, Quantity]) -> dict[str, str]:
     return names
 
 
-def _column_and_unit(heading, wanted, names, where):
+def _column_and_unit(heading, wanted, names, units, where):
     """Return the column that a heading names, and its unit, None where there is none."""
     if plain(heading) in names:
         return names[plain(heading)], None
@@ -142,7 +142,7 @@ def _column_and_unit(heading, wanted, names, where):
         key, unit = (names[plain(bracket[1])], unit_named(bracket[2]))
         if unit in wanted[key].units:
             return key, unit
-        if unit in ("", "-"):
+        if unit in ("", "-") or key in units:
             return key, None
         known = ", ".join(wanted[key].units)
         raise ValueError(f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}")
@@ -168,7 +168,7 @@ def matched(
     own_units: dict[str, str] = {}
     notes = []
     for place, heading in enumerate(headings):
-        key, unit = _column_and_unit(called.get(place, heading), wanted, names, where)
+        key, unit = _column_and_unit(called.get(place, heading), wanted, names, units, where)
         if key is None or (key in calls and place not in called):
             if heading:
                 notes.append(f"column {heading!r} is not used")

@@ -55,7 +55,7 @@ SYNONYMS = {
     "m": "metre metres meter meters",
     "mm": "millimetre millimetres millimeter millimeters",
     "in": 'inch inches "',
-    "deg": "° degree degrees degre degres",
+    "deg": "° degree degrees degre degres grad grado grados gradi grau graus",
     "deg/s": "°/s degrees/s",
     "rad": "radian radians",
     "rev": "turn turns revolution revolutions tr tour tours",

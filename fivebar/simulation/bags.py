@@ -97,10 +97,15 @@ def read_bag(
         raise ValueError(f"{name} is no bag that can be read: {error}") from None
     topic = _topic_of_states(topic, kinds, messages, name)
     logged, stamps, states = _states(messages.pop(topic), joints, f"{name}: {topic}")
+    notes = []
+    if not np.isfinite(states[0]).all(axis=0).any():
+        logged, stamps, states = _together(logged, stamps, states)
+        notes.append(
+            f"{topic} has one joint in a message: {joints[1]} was put at {joints[0]}'s times"
+        )
     # Messages without a header have the recorder's time, whose clock may be another.
     late = int(np.median(stamps - logged))
     values = {"t": (stamps - stamps[0]) / NANO}
-    notes = []
     for (word, heading), pair in zip(WORDS.items(), states):
         missing = [joint for joint, own in zip(joints, pair) if np.isnan(own).all()]
         if missing:
@@ -160,6 +165,21 @@ def _states(messages, joints, where):
     for _, message in messages:
         rows.append([_numbers(message.name, getattr(message, word), joints) for word in WORDS])
     return logged, np.where(stamps > 0, stamps, logged), np.moveaxis(rows, 0, 2)
+
+
+def _together(logged, stamps, states):
+    """Return times and numbers of both joints where each message has one: at the left one's times.
+
+    The right one's numbers are interpolated, nan where it was not yet or no longer there.
+    """
+    left, right = (np.flatnonzero(there) for there in np.isfinite(states[0]))
+    right = right[np.argsort(stamps[right], kind="stable")]
+    t = stamps[left] - stamps[0]
+    known = stamps[right] - stamps[0]
+    merged = states[:, :, left]
+    for k, numbers in enumerate(states[:, 1, right]):
+        merged[k, 1] = np.interp(t, known, numbers, np.nan, np.nan)
+    return logged[left], stamps[left], merged
 
 
 def _points(messages, kind, joints, late, robot, assembly):

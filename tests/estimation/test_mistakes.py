@@ -212,3 +212,78 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
 def test_wrong_commands(tmp_path, capsys, words, code, message):
     assert main(["calibrate", a_file(tmp_path / "a.csv", mistakes=False), *words]) == code
     assert message in capsys.readouterr().err
+
+
+OWN = fb.FiveBar(0.2, 0.23, 0.2, 0.23, 0.08)
+TURNED = "offset1", "offset2"
+
+
+def far_data(seed, rows, offsets):
+    """Exact points of OWN whose motors' zeros lie anywhere, in one mode that is noted."""
+    rng = np.random.default_rng(seed)
+    working = tuple(rng.choice((-1, 1), 2).tolist())
+    xi = []
+    while len(xi) < rows:
+        point = rng.uniform((-0.15, 0.18), (0.15, 0.34))
+        pose = fb.igm(OWN, point, working, unreachable="nan")
+        if np.isfinite(pose.q).all() and min(abs(pose.det_A), *np.abs(pose.sines)) > 0.2:
+            xi.append(point)
+    x, y = np.transpose(xi)
+    q1, q2 = (fb.igm(OWN, xi, working).q - offsets).T
+    noted = {f"working{leg + 1}": np.full(rows, working[leg]) for leg in (0, 1)}
+    return dict(q1=q1, q2=q2, x=x, y=y), noted
+
+
+@pytest.mark.every(3)
+@pytest.mark.parametrize("noted", [False, True])
+@pytest.mark.parametrize(
+    ("what", "change"),
+    [
+        ("x and y in mm", lambda data: data | dict(x=1e3 * data["x"], y=1e3 * data["y"])),
+        ("q1 and q2 in degrees", lambda data: degrees(data, "q1", "q2")),
+        ("q1 with the wrong sign", lambda data: data | dict(q1=-data["q1"])),
+    ],
+)
+def test_a_mistake_is_named_wherever_the_motors_zeros_are(what, change, noted):
+    for seed, offsets in enumerate([(2.46, 0.68), (-2.0, 1.3)][:: 1 if noted else -1][:1]):
+        data, modes = far_data(seed, 6, np.array(offsets))
+        with pytest.raises(ValueError, match=f"a mistake in data: column {what}\\?"):
+            fb.calibrate(OWN, change(data) | (modes if noted else {}), TURNED)
+        data |= modes if noted else {}
+        assert fb.calibrate(OWN, data, TURNED).rms < 1e-9
+
+
+def test_signs_of_both_readings_are_named_before_modes_that_are_noted_right():
+    data, modes = far_data(3, 6, np.array([2.46, 0.68]))
+    data |= dict(q1=-data["q1"], q2=-data["q2"])
+    with pytest.raises(ValueError, match="a mistake in data: column q1 and q2 with the wrong sign"):
+        fb.calibrate(OWN, data | modes, TURNED)
+
+
+def test_misses_of_another_size_than_a_measurement_are_no_calibration(tmp_path, capsys):
+    data, _ = far_data(4, 8, np.array([0.1, -0.2]))
+    data["x"] = data["x"][::-1]  # no change of a column explains it
+    with pytest.raises(ValueError, match=r"misses by \d+.* of a bar. Are q1, q2 in degrees"):
+        fb.calibrate(OWN, data, TURNED)
+    assert fb.calibrate(OWN, data, TURNED, mistakes="keep").rms > 0.01
+    table, robot = tmp_path / "data.csv", tmp_path / "robot.toml"
+    np.savetxt(table, np.transpose([*data.values()]), "%.6f", ",", header="q1,q2,x,y", comments="")
+    OWN.save(robot)
+    arguments = [str(table), "--robot", str(robot), "--unknown", *TURNED, "--out", str(tmp_path)]
+    assert main(["calibrate", *arguments]) != 0
+    assert "--mistakes keep" in capsys.readouterr().err
+    assert not (tmp_path / "calibration.json").exists()
+
+
+def test_few_rows_say_that_they_check_nothing_and_exact_ones_have_no_outlier():
+    data, modes = far_data(5, 6, np.array([0.1, -0.2]))
+    found = fb.calibrate(OWN, data | modes, TURNED)
+    assert not found.outliers and not found.notes
+    two = {name: column[:2] for name, column in (data | modes).items()}
+    (note,) = fb.calibrate(OWN, two, TURNED).notes
+    assert note == "so few rows do not show a wrong unit, sign or mode: 4 rows or more do"
+    one = str(fb.calibrate(OWN, {name: column[:1] for name, column in two.items()}, TURNED))
+    assert one.startswith("1 row with 2 coordinates") and "left out" not in one
+    lines = str(fb.calibrate(OWN, two)).splitlines()
+    told = next(k for k, line in enumerate(lines) if line.startswith("not told apart"))
+    assert lines[told - 1].startswith("- no deviation is known")

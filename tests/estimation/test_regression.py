@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from scipy.signal import lfilter
 
 import fivebar as fb
 from fivebar.estimation.identification.bodies import consistent
@@ -13,7 +14,6 @@ from fivebar.estimation.identification.filtering import RegressionRows, at_limit
 from fivebar.estimation.identification.noisy_columns import bias
 from fivebar.estimation.identification.regression import (
     RegressionFit,
-    _meat,
     fit,
     left_out_cost,
     price,
@@ -141,7 +141,7 @@ def test_a_fit_weighs_each_motor_by_its_noise():
     assert found.sigma == pytest.approx(sigma, rel=0.05)
     flat = (rows.W / found.sigma[:, None]).reshape(-1, 3)
     expected = np.linalg.lstsq(flat, (rows.tau / found.sigma).ravel(), rcond=None)[0]
-    assert found.theta == pytest.approx(expected, rel=1e-4)
+    assert found.theta == pytest.approx(expected, rel=2e-2)
     residual = np.where(rows.counts, rows.tau - rows.W @ found.theta, 0.0)
     assert found.residual == pytest.approx(residual, abs=1e-12)
     free = rows.counts.sum(axis=0) - 1.5
@@ -151,14 +151,13 @@ def test_a_fit_weighs_each_motor_by_its_noise():
     assert found.misfit == pytest.approx(misfit, rel=1e-9)
     white = np.linalg.inv(flat.T @ flat)
     assert np.diag(found.cov) == pytest.approx(np.diag(white), rel=0.15)
-    assert 1 / found.excess**2 == pytest.approx(np.minimum(np.diag(found.cov / white), 1), rel=1e-3)
     part = fit(rows, [2, 0], 2 * rows.tau)
     assert part.theta == pytest.approx(2 * theta[[2, 0]], rel=0.3)
     assert part.residual.shape == rows.tau.shape
 
 
 def test_deviations_of_a_fit_grow_with_residuals_that_belong_together():
-    """Noise that lasts k rows is as good as n / k rows: Newey and West's deviations say so."""
+    """Noise that lasts k rows is as good as n / k rows: its neighbours are alike."""
     rng = np.random.default_rng(4)
     n = 2000
     slow = np.repeat(rng.normal(size=(n // 5, 2)), 5, axis=0)
@@ -167,37 +166,26 @@ def test_deviations_of_a_fit_grow_with_residuals_that_belong_together():
     rows = RegressionRows(W, W[..., 0] + slow, ones, np.arange(n * 1.0), ones * 1.0, (0,), 1.0)
     found = fit(rows, [0])
     white = 1 / (W[..., 0] ** 2 / found.sigma**2).sum()
-    assert 2.2 < found.cov[0, 0] / white < 6.0
+    assert 1.5 < found.cov[0, 0] / white < 6.0
 
 
-def test_deviations_of_a_fit_fall_with_residuals_that_cancel():
-    """Noise of an encoder becomes torque by its second difference, and a slow column has none."""
-    rng = np.random.default_rng(4)
-    blue = np.diff(rng.normal(size=(2002, 2)), 2, axis=0)
-    ones = np.ones((2000, 2), bool)
-    W = np.ones((2000, 2, 1))
-    rows = RegressionRows(W, blue, ones, np.arange(2000.0), ones * 1.0, (0,), 1.0)
-    found = fit(rows, [0])
-    white = 1 / (1 / found.sigma**2 * 2000).sum()
-    assert found.cov[0, 0] == pytest.approx(white / 2, rel=1e-6)  # no more is believed
-    assert found.excess == pytest.approx([2**0.5])
-    assert abs(found.theta[0]) < 3 * np.sqrt(found.cov[0, 0])
-
-
-def test_products_of_scores_up_to_some_rows_apart():
-    rng = np.random.default_rng(5)
-    scores = rng.normal(size=(150, 3))
-    breaks = (0, 60)
-    lags = int(4 * 1.5 ** (2 / 9))
-    expected = np.zeros((3, 3))
-    for one in range(150):
-        for other in range(150):
-            apart = abs(one - other)
-            if apart <= lags and (one < 60) == (other < 60):
-                weight = 1 - apart / (lags + 1)
-                expected += weight * np.outer(scores[one], scores[other])
-    assert lags == 4
-    assert _meat(scores, breaks) == pytest.approx(expected, abs=1e-10)
+@pytest.mark.parametrize(("n", "neighbours"), [(70, -0.7), (70, 0.0), (300, -0.7), (300, 0.6)])
+def test_deviations_of_a_fit_are_the_size_of_its_errors(n, neighbours):
+    """Of slow columns under noise whose neighbours cancel or are alike, in two pieces."""
+    rng = np.random.default_rng(8)
+    phases = np.arange(n)[:, None, None] * [0.09, 0.17] + [[0.0, 1.0], [2.0, 0.5]]
+    W = np.sin(phases)
+    ones = np.ones((n, 2), bool)
+    errors = []
+    for _ in range(100):
+        drawn = rng.normal(size=(n + 20, 2)) * [1.0, 3.0]
+        noise = lfilter([1.0], [1.0, -neighbours], drawn, axis=0)[20:]
+        tau = W @ [1.0, -2.0] + noise
+        rows = RegressionRows(W, tau, ones, np.arange(n * 1.0), ones * 1.0, (0, n // 2), 1.0)
+        found = fit(rows, [0, 1])
+        errors.append((found.theta - [1.0, -2.0]) / np.sqrt(np.diag(found.cov)))
+    assert 0.85 < np.std(errors) < 1.17
+    assert 0.91 < (np.abs(errors) < 1.96).mean() < 0.985
 
 
 @pytest.mark.parametrize("shape", [(40, 3), (65, 3), (1000, 4), (333, 50)])
@@ -240,21 +228,25 @@ def test_the_smallest_model_costs_least_of_all():
 def test_prices_and_the_spread_of_what_was_kept():
     assert price(100, 5) == pytest.approx(np.log(100) + 3 * np.log(5))
     assert price(0, 0) == pytest.approx(np.log(2))
+    root = np.array([[2.0, 0, 0, 0], [0.5, 3.0, 0, 0], [0.3, 0.1, 1.0, 0], [0.4, -0.2, 0.3, 0.7]])
     full = RegressionFit(
-        np.array([1.0, 2.0, 3.0]),
-        np.array([[4.0, 1.0, 0.5], [1.0, 9.0, 0.2], [0.5, 0.2, 1.0]]),
-        np.zeros((0, 2)),
-        np.ones(2),
-        0.0,
+        np.array([1.0, 2.0, 3.0, -1.5]), root @ root.T, np.zeros((0, 2)), np.ones(2), 0.0
     )
     last = RegressionFit(
         np.array([1.5, 12.0]), np.diag([1.0, 8.0]), np.zeros((0, 2)), np.ones(2), 0.0
     )
-    found = spread(full, [0, 1], last)
-    # The first moved by 0.5, the second by 10.
-    assert found[0, 0] == pytest.approx(1.0 + 0.25)
-    assert found[1, 1] == pytest.approx(8.0 + 100.0)
-    assert found[0, 1] / np.sqrt(found[0, 0] * found[1, 1]) == pytest.approx(1 / 6)
+    precision = np.linalg.inv(full.cov)
+    parts, weights = [last.cov], [1.0]
+    for more in (2, 3):  # each of the two with the other at 0
+        own = [0, 1, more]
+        cov = np.linalg.inv(precision[np.ix_(own, own)])
+        theta = cov @ precision[own] @ full.theta
+        off = theta[:2] - last.theta
+        parts.append(cov[:2, :2] + np.outer(off, off))
+        weights.append(np.sqrt(np.exp(theta[2] ** 2 / cov[2, 2]) / 50))
+    expected = np.average(parts, axis=0, weights=weights)
+    assert spread(full, [0, 1], last, 50) == pytest.approx(expected)
+    assert spread(last, [0, 1], last, 50) == pytest.approx(last.cov)
 
 
 def nearest(theta, cov, limits):

@@ -16,7 +16,7 @@ from ...base.backend import wrap
 from .fit import CLEAR, LeastSquares
 from .measured_robot import PLACE, bars_off, sines_at
 from .rows import MeasuredRows
-from .starts import SUSPECT, begin, doubt, first, median_error, radians_per_count, settled
+from .starts import SUSPECT, begin, best_of, doubt, first, median_error, radians_per_count, turned
 
 DEG = np.pi / 180
 FALLS = 0.15  # to this share the errors fall where a mistake is found
@@ -103,21 +103,24 @@ def _wrong_columns(task, before, changes, far):
     its values.
 
     Of several, one that keeps the noted modes, and of these the one that turns the frame and the
-    joints least: a reflected frame is another one, turned. Each begins with the frame on the points,
-    if `far` with the free offsets all over a turn.
+    joints least: a reflected frame is another one, turned. Each begins with the frame on the
+    points, if `far` with the free offsets all over a turn.
     """
     tasks = {words: _changed(task, each) for words, each in changes.items()}
-    starts = {words: first(each, far) for words, each in tasks.items()}
-    near = sorted(changes, key=lambda words: doubt(tasks[words], starts[words]))[:MOST]
-    ends = {words: settled(tasks[words], starts[words]) for words in near}
+    starts = {}
+    for words, each in tasks.items():
+        tried = [first(each), *(turned(each) if far else [])]
+        starts[words] = sorted(tried, key=lambda p, each=each: doubt(each, p))[:SETTLED]
+    near = sorted(changes, key=lambda words: doubt(tasks[words], starts[words][0]))[:MOST]
+    ends = {words: best_of(tasks[words], starts[words]) for words in near}
     doubts = {words: doubt(tasks[words], ends[words]) for words in near}
     least = min(doubts.values())
     limit = max(1.5 * least, 1e-4 * task.bar)
     alike = {}
     for words in changes:
         if doubts.get(words, np.inf) < limit:
-            turned = _turned_by(task, ends[words])
-            alike[words] = (other_modes(ends[words], tasks[words].rows).sum(), round(turned, 1))
+            by = _turned_by(task, ends[words])
+            alike[words] = (other_modes(ends[words], tasks[words].rows).sum(), round(by, 1))
     best = min(alike, key=alike.__getitem__)
     fits = least <= min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar)
     if not fits or (alike[best][1] > 1.0 and not far):

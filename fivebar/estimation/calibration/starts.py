@@ -34,20 +34,21 @@ def begin(task: LeastSquares, far: bool = True) -> ndarray:
         return task.start.copy()
     best = settled(task, first(task))
     near = _counted, _turned_frames
-    for starts in (*near, _turned) if far else near:
-        if doubt(task, best) > SUSPECT * task.bar:
-            tried = sorted(starts(task), key=lambda p: doubt(task, p))[:SETTLED]
-            best = _least_doubtful(task, [best, *(settled(task, p) for p in tried)])
+    for starts in (*near, turned) if far else near:
+        if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
+            best = _least_doubtful(task, [best, best_of(task, tried)])
     return best
 
 
-def first(task: LeastSquares, far: bool = False) -> ndarray:
-    """Return the start, or the start with the frame that fits best, whichever misses least.
+def first(task: LeastSquares) -> ndarray:
+    """Return the start, or the start with the frame that fits best, whichever misses least."""
+    return _least_doubtful(task, [task.start, *_framed(task, task.start)])
 
-    With `far`, one of those with the free offsets anywhere in a turn.
-    """
-    turned = _turned(task) if far else []
-    return _least_doubtful(task, [task.start, *_framed(task, task.start), *turned])
+
+def best_of(task: LeastSquares, starts: list[ndarray]) -> ndarray:
+    """Return the values in which least squares ends with the least doubt, of the best starts."""
+    tried = sorted(starts, key=lambda p: doubt(task, p))[:SETTLED]
+    return _least_doubtful(task, [settled(task, p) for p in tried])
 
 
 def _least_doubtful(task, tried):
@@ -113,7 +114,7 @@ def settled(task: LeastSquares, p: ndarray) -> ndarray:
     return moved(result.x)
 
 
-def _turned(task):
+def turned(task: LeastSquares) -> list[ndarray]:
     """Return starts with the free offsets all over a turn, each with its own frame."""
     grids = [TURNS if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
     pairs = [pair for pair in product(*grids) if any(pair)]

@@ -23,10 +23,12 @@ from .result import Identification, Validation
 from .samples import log_of, samples
 from .suspicions import POOR, beyond_the_model, explain
 
-BIASED = 0.3  # standard deviations by which noise of the encoders may bend a value
+BIASED = 0.1  # standard deviations by which noise of the encoders may bend a value
 HEAVIEST = 100.0  # kg, of a robot on a desk; of an inertia over a bar squared
 POWERS = {"zz": 2, "mx": 1, "my": 1}  # of a bar
-DOUBTFUL = 2.0  # kg, beyond which torques of a file that names no unit may be in N cm or mN m
+DOUBTFUL = (
+    2.0  # kg, beyond which torques of a file that names no unit may be in N cm, kg cm or mN m
+)
 SURE = 4.0  # standard deviations below 0: no mass and no friction can be there
 
 
@@ -70,7 +72,7 @@ def identify(
         The assembly mode of all logs, throughout: cut a log where it crosses Type 2.
     cutoff : float, optional
         Of all filters, Hz. By default, where the motion sinks into its noise, or lower, until that
-        noise bends no value by more than 0.3 standard deviations.
+        noise bends no value by more than 0.1 standard deviations.
     consistent : bool
         Whether to hold to what bodies can have (see `bodies`).
     units : mapping, optional
@@ -258,7 +260,7 @@ def _refuse_heavy(robot, names, theta, is_stated):
         if name[0] in "mz" and mass > (HEAVIEST if is_stated else DOUBTFUL):
             raise ValueError(
                 f"{name} = {value:.3g} comes out, as of a robot of {mass:.3g} kg. Is t in ms, or"
-                " are torques in mN m or N cm? Say which, N m too:"
+                " are torques in mN m, N cm or kg cm? Say which, N m too:"
                 ' units={"t": "ms", "tau1": "mNm", "tau2": "mNm"}, on the command line --units mNm'
             )
 

@@ -16,7 +16,7 @@ from ...models.robots import Robot
 from ...simulation.bags import is_bag
 from ...simulation.run import Run
 from ..logs.derivatives import HIGHEST, derivatives, half_window, spectrum
-from ..logs.logs import Gauges, Log, evenly, read_log
+from ..logs.logs import Gauges, Log, evenly, other_readings, read_log
 from .filtering import RegressionRows, at_limit, filtered, spikes
 from .regressor import linear_names, regressor
 
@@ -56,7 +56,7 @@ def log_of(source: Any, robot: Robot, gauges: Gauges) -> tuple[Log, bool]:
     if isinstance(source, (str, os.PathLike)) and not is_bag(source) and _is_a_run(source):
         source = Run.from_csv(source)
     if not isinstance(source, Run):
-        return read_log(source, robot, gauges), False
+        return read_log(source, robot, gauges, torques=True), False
     if type(source.robot) is not type(robot):
         raise ValueError(
             f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}"
@@ -83,7 +83,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     if log.tau is None:
         raise ValueError(
             f"the log has no torques ({'; '.join(log.notes)}), and masses and friction need them:"
-            " say which columns they are, by columns= or --columns tau1=HEADING tau2=HEADING"
+            " record them, too"
         )
     notes = list(log.notes)
     stretches = _even_stretches(log, held, notes)
@@ -218,6 +218,7 @@ def _regressors(motion, robot, assembly, n, notes):
         raise ValueError(
             f"{open_words}: the bars of this robot do not reach: are its lengths, and the zeros of"
             " q (offset), those of the robot on the table? fb.calibrate tells"
+            f"{other_readings(robot, q[known], assembly)}"
         )
     if open_:
         notes.append(f"{open_words} of this robot's bars and do not count")

@@ -68,7 +68,8 @@ def explain(
             tau = np.where(rows.counts, rows.tau * np.array(signs) - rows.W @ known, 0.0)
             found = fit(rows, told, tau)
             score = found.misfit * (1 + 0.5 * len(reasons))
-            if reasons and score < least and not impossible(robot, names, found):
+            masses = [name for name in impossible(robot, names, found) if name[0] != "f"]
+            if reasons and score < least and not masses:
                 least = score
                 reason = f"it misses {100 * found.misfit:.3g} % if {' and '.join(reasons)}"
     if reason:
@@ -87,6 +88,13 @@ def _suspicions(robot, assembly, log) -> Iterator[tuple[str, int, Robot, Log]]:
     yield f"the assembly mode is {-assembly:+d}", -assembly, robot, log
     joints = f"{' and '.join(robot.words.joints)} are exchanged"
     yield joints, assembly, robot, _exchanged(log, "q", "q_dot")
+    for signs in ((-1, 1), (1, -1), (-1, -1)):
+        wrong = [joint for joint, sign in zip(robot.words.joints, signs) if sign < 0]
+        turned = {"q": log.q * signs}
+        if log.q_dot is not None:
+            turned["q_dot"] = log.q_dot * signs
+        words = f"the sign of {' and '.join(wrong)} is the other one"
+        yield words, assembly, robot, replace(log, **turned)
     for x, y in ((0.0, -9.81), (0.0, 9.81), (9.81, 0.0), (-9.81, 0.0), (0.0, 0.0)):
         if (x, y) != robot.gravity:
             words = f"gravity is ({x:g}, {y:g}) m/s²"

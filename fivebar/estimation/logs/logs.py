@@ -105,8 +105,8 @@ HEADINGS = {
 }
 
 
-def wanted(robot: Robot) -> dict[str, Quantity]:
-    """Return the columns of a log with the headings they may have."""
+def wanted(robot: Robot, torques: bool = False) -> dict[str, Quantity]:
+    """Return the columns of a log with the headings they may have, and whether they are needed."""
     angle = RADIANS
     torque = NEWTON_METRES
     rate = RADIANS_PER_SECOND
@@ -119,7 +119,7 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
     for digit, side, joint in zip("12", ("left", "right"), robot.words.joints):
         for name, own in zip(HEADINGS, units):
             words = HEADINGS[name].replace("#", digit).replace("@", side).replace("$", joint)
-            needed = name == "q#"
+            needed = name == "q#" or (torques and name == "tau#")
             columns[name.replace("#", digit)] = Quantity(tuple(words.split()), own, needed)
     for axis in "xy":
         columns[axis] = Quantity((), METRES, False)
@@ -129,11 +129,14 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
 
 
 def read_log(
-    source: TextFile | Mapping | Columns, robot: Robot, gauges: Gauges = AT_THE_JOINTS
+    source: TextFile | Mapping | Columns,
+    robot: Robot,
+    gauges: Gauges = AT_THE_JOINTS,
+    torques: bool = False,
 ) -> Log:
     """Return the Log in a file, a bag, or a mapping of arrays with the columns of `wanted`.
 
-    In a mapping, q (n, 2) may stand for q1 and q2, and so on.
+    In a mapping, q (n, 2) may stand for q1 and q2, and so on. `torques`: a table needs them.
     """
     if isinstance(source, Mapping):
         source = _split_pairs(source)
@@ -144,7 +147,7 @@ def read_log(
     table = (
         source
         if isinstance(source, Columns)
-        else read(source, wanted(robot), gauges.units, "the log", gauges.columns)
+        else read(source, wanted(robot, torques), gauges.units, "the log", gauges.columns)
     )
     refuse_unclear_times(table, SLOW)
     with named(table.name):
@@ -167,12 +170,30 @@ def _refuse_unclear_angles(q, robot, is_file):
         for angles in (known, np.radians(known))
     )
     if (as_deg > 99.9 and as_rad < 98.0) or (is_file and largest > 2 * TURN):
+        advice = (
+            ' say which, by units={"q1": "deg", "q2": "deg"} or --units deg, of counts by'
+            " --counts-per-turn; or head them q1_deg"
+        )
+        if largest <= TURN and (other := other_readings(robot, known, -1)):
+            advice = f"{other} as rad. Put that right, or name the unit, by --units rad or deg"
         raise ValueError(
             f"q1 and q2 have no unit and reach {largest:.4g}; {as_rad:.0f} % of the rows close the"
-            f" loop of the bars as rad, {as_deg:.0f} % as deg: say which, by units="
-            '{"q1": "deg", "q2": "deg"} or --units deg, of counts by --counts-per-turn; or head'
-            " them q1_deg"
+            f" loop of the bars as rad, {as_deg:.0f} % as deg:{advice}"
         )
+
+
+def other_readings(robot: Robot, q: ndarray, assembly: int) -> str:
+    """Return in words the changes of angles (n, 2), rad, with which the loop closes in all rows."""
+    changes = {
+        "q1 and q2 exchanged": q[:, ::-1],
+        "q1 with the wrong sign": q * (-1, 1),
+        "q2 with the wrong sign": q * (1, -1),
+    }
+    closing = []
+    for words, angles in changes.items():
+        if np.isfinite(dgm(robot, angles, assembly, unreachable="nan").xi).all():
+            closing.append(f"are {words}" if "and" in words else f"is {words}")
+    return f" {' or '.join(closing)}? Then all rows close" if closing else ""
 
 
 def _split_pairs(arrays):
