@@ -234,7 +234,7 @@ def far_data(seed, rows, offsets):
     return dict(q1=q1, q2=q2, x=x, y=y), noted
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("noted", [False, True])
 @pytest.mark.parametrize(
     ("what", "change"),
@@ -263,15 +263,14 @@ def test_signs_of_both_readings_are_named_before_modes_that_are_noted_right():
 def test_misses_of_another_size_than_a_measurement_are_no_calibration(tmp_path, capsys):
     data, _ = far_data(4, 8, np.array([0.1, -0.2]))
     data["x"] = data["x"][::-1]  # no change of a column explains it
-    with pytest.raises(ValueError, match=r"misses by \d+.* of a bar. Are q1, q2 in degrees"):
-        fb.calibrate(OWN, data, TURNED)
     assert fb.calibrate(OWN, data, TURNED, mistakes="keep").rms > 0.01
     table, robot = tmp_path / "data.csv", tmp_path / "robot.toml"
     np.savetxt(table, np.transpose([*data.values()]), "%.6f", ",", header="q1,q2,x,y", comments="")
     OWN.save(robot)
     arguments = [str(table), "--robot", str(robot), "--unknown", *TURNED, "--out", str(tmp_path)]
     assert main(["calibrate", *arguments]) != 0
-    assert "--mistakes keep" in capsys.readouterr().err
+    message = capsys.readouterr().err
+    assert "of a bar. Are q1, q2 in degrees" in message and "--mistakes keep" in message
     assert not (tmp_path / "calibration.json").exists()
 
 

@@ -16,7 +16,17 @@ from ...base.backend import wrap
 from .fit import CLEAR, LeastSquares
 from .measured_robot import PLACE, bars_off, sines_at
 from .rows import MeasuredRows
-from .starts import SUSPECT, begin, best_of, doubt, first, median_error, radians_per_count, turned
+from .starts import (
+    SETTLED,
+    SUSPECT,
+    begin,
+    best_of,
+    doubt,
+    first,
+    median_error,
+    radians_per_count,
+    turned,
+)
 
 DEG = np.pi / 180
 FALLS = 0.15  # to this share the errors fall where a mistake is found
@@ -73,11 +83,13 @@ def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]
         for words, change in readings.items():
             two |= {(words, other): [change, POINTS[other]] for other in POINTS}
         found, mended, end = _wrong_columns(task, p, one, far=False)
-        if not found:  # motors and a frame may lie anywhere, which is likelier than a mistake
+        if not found:
             p = begin(task)
-        for changes in (one, two):
+        units = {pair: changes for pair, changes in two.items() if pair[0] in READINGS}
+        units = {pair: units[pair] for pair in units if all(" in " in words for words in pair)}
+        for changes, far in ((one, True), (units, True), (two, False)):
             if not found and doubt(task, p) >= limit:
-                found, mended, end = _wrong_columns(task, p, changes, far=True)
+                found, mended, end = _wrong_columns(task, p, changes, far)
         if found:
             task = mended
             p = end
@@ -123,8 +135,8 @@ def _wrong_columns(task, before, changes, far):
             alike[words] = (other_modes(ends[words], tasks[words].rows).sum(), round(by, 1))
     best = min(alike, key=alike.__getitem__)
     fits = least <= min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar)
-    if not fits or (alike[best][1] > 1.0 and not far):
-        return [], task, before
+    if not fits or (alike[best][1] > 1.0 and not far and doubt(task, begin(task)) < limit):
+        return [], task, before  # motors and a frame may lie anywhere
     after = median_error(tasks[best], ends[best])
     now = median_error(task, before)
     sizes = (
