@@ -228,25 +228,21 @@ def test_the_smallest_model_costs_least_of_all():
 def test_prices_and_the_spread_of_what_was_kept():
     assert price(100, 5) == pytest.approx(np.log(100) + 3 * np.log(5))
     assert price(0, 0) == pytest.approx(np.log(2))
-    root = np.array([[2.0, 0, 0, 0], [0.5, 3.0, 0, 0], [0.3, 0.1, 1.0, 0], [0.4, -0.2, 0.3, 0.7]])
     full = RegressionFit(
-        np.array([1.0, 2.0, 3.0, -1.5]), root @ root.T, np.zeros((0, 2)), np.ones(2), 0.0
+        np.array([1.0, 2.0, 3.0]),
+        np.array([[4.0, 1.0, 0.5], [1.0, 9.0, 0.2], [0.5, 0.2, 1.0]]),
+        np.zeros((0, 2)),
+        np.ones(2),
+        0.0,
     )
     last = RegressionFit(
         np.array([1.5, 12.0]), np.diag([1.0, 8.0]), np.zeros((0, 2)), np.ones(2), 0.0
     )
-    precision = np.linalg.inv(full.cov)
-    parts, weights = [last.cov], [1.0]
-    for more in (2, 3):  # each of the two with the other at 0
-        own = [0, 1, more]
-        cov = np.linalg.inv(precision[np.ix_(own, own)])
-        theta = cov @ precision[own] @ full.theta
-        off = theta[:2] - last.theta
-        parts.append(cov[:2, :2] + np.outer(off, off))
-        weights.append(np.sqrt(np.exp(theta[2] ** 2 / cov[2, 2]) / 50))
-    expected = np.average(parts, axis=0, weights=weights)
-    assert spread(full, [0, 1], last, 50) == pytest.approx(expected)
-    assert spread(last, [0, 1], last, 50) == pytest.approx(last.cov)
+    found = spread(full, [0, 1], last)
+    # The first moved by 0.5, the second by 10.
+    assert found[0, 0] == pytest.approx(1.0 + 0.25)
+    assert found[1, 1] == pytest.approx(8.0 + 100.0)
+    assert found[0, 1] / np.sqrt(found[0, 0] * found[1, 1]) == pytest.approx(1 / 6)
 
 
 def nearest(theta, cov, limits):

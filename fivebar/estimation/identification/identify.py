@@ -156,7 +156,7 @@ def identify(
         theta = nearest_bodies(robot, labels, theta, last.cov)
     values = dict(zip(labels, theta.tolist()))
     result = _robot(robot, sought, values)
-    cov = spread(full, [told.index(column) for column in chosen], last, int(rows.counts.sum()))
+    cov = spread(full, [told.index(column) for column in chosen], last) if out else last.cov
     sd = np.sqrt(np.diag(cov))
     whole = known.copy()
     whole[chosen] = theta

@@ -16,8 +16,6 @@ logs). The chosen model has the lowest cost.
 .. [MacKinnon1985] J. MacKinnon, H. White, Some heteroskedasticity-consistent covariance matrix
    estimators with improved finite sample properties, 1985.
 .. [Chen2008] J. Chen, Z. Chen, Extended Bayesian information criteria, 2008.
-.. [Buckland1997] S. Buckland, K. Burnham, N. Augustin, Model selection: an integral part of
-   inference, 1997.
 """
 
 from __future__ import annotations
@@ -167,27 +165,15 @@ def left_out_cost(theta: ndarray, cov: ndarray, left_out: list[int]) -> float:
     return float(part @ cho_solve(cho_factor(block + 1e-12 * np.eye(len(left_out))), part))
 
 
-def spread(full: RegressionFit, kept: list[int], last: RegressionFit, rows: int) -> ndarray:
+def spread(full: RegressionFit, kept: list[int], last: RegressionFit) -> ndarray:
     """Return the covariance (k, k) of the kept parameters where the others may not be 0.
 
-    It is the mean over the chosen model and all with one parameter more, with the squares of how
-    far values move, weighted by exp(-BIC / 2) [Buckland1997]_.
+    Leaving out moves a value by b and its variance from that of the full model to that of the last
+    fit, whose deviation holds if all that is left out is 0. The mean square of the error is
+    estimated by var_last + b^2: where what is left out is 0, the mean of b^2 is
+    var_full - var_last. Correlations are those of the full model.
     """
-    out = [k for k in range(len(full.theta)) if k not in kept]
-    total = last.cov.copy()
-    weights = 1.0
-    for more in out:
-        zero = [k for k in out if k != more]
-        own = [*kept, more]
-        theta = full.theta[own]
-        cov = full.cov[np.ix_(own, own)]
-        if zero:  # the values of all others, given that these are 0
-            across = full.cov[np.ix_(own, zero)]
-            by_zero = np.linalg.solve(full.cov[np.ix_(zero, zero)], across.T).T
-            theta = theta - by_zero @ full.theta[zero]
-            cov = cov - by_zero @ across.T
-        weight = min(np.exp((theta[-1] ** 2 / cov[-1, -1] - np.log(rows)) / 2), 1e9)
-        moved = theta[:-1] - last.theta
-        total += weight * (cov[:-1, :-1] + np.outer(moved, moved))
-        weights += weight
-    return total / weights
+    whole = full.cov[np.ix_(kept, kept)]
+    moved = full.theta[kept] - last.theta
+    scale = np.sqrt((np.diag(last.cov) + moved**2) / np.diag(whole))
+    return whole * np.outer(scale, scale)
