@@ -214,3 +214,10 @@ def test_steps_that_are_no_seconds_are_asked_about(step, unit):
     with pytest.raises(ValueError, match=f"t has no unit, and its steps are .*: is t in {unit}"):
         columns.refuse_unclear_times(table, 1.0)
     columns.refuse_unclear_times(table, 1e9)
+
+
+def test_a_given_unit_stands_in_place_of_an_unknown_word_in_brackets():
+    wanted = {"q1": Quantity((), RADIANS)}
+    for heading, units in (("q1 (Grad)", ()), ("q1 (Drehung)", ["q1=deg"]), ("q1 [grados]", ())):
+        table = columns.read(io.StringIO(f"{heading};b\n180;1\n"), wanted, units)
+        assert table.values["q1"] == pytest.approx([np.pi])

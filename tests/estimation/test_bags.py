@@ -95,6 +95,20 @@ def test_missing_efforts_and_headers_are_named(tmp_path):
         fb.identify(ROBOT, str(path))
 
 
+def test_a_message_for_each_joint_is_put_together(tmp_path):
+    """The driver of the right motor reports 3 ms later."""
+    own = list(states(names={"left_motor": 0}))
+    for t, kind, each in states(names={"right_motor": 1}):
+        each.header.stamp.nanosec += 3_000_000
+        own.append((t + 3_000_000, kind, each))
+    run = fb.from_bag(bag(tmp_path / "bag", {"/joint_states": sorted(own, key=lambda one: one[0])}))
+    np.testing.assert_allclose(run.t, T[1:], atol=1e-9)  # the first has no right joint yet
+    np.testing.assert_allclose(run.q[:, 0], Q[1:, 0], atol=1e-15)
+    expected = np.interp(T[1:], T + 0.003, Q[:, 1])
+    np.testing.assert_allclose(run.q[:, 1], expected, atol=1e-9)
+    assert any("has one joint in a message" in note for note in run.measured.notes)
+
+
 def test_references_of_joints_and_of_points(tmp_path):
     topics = {"/joint_states": states(), "/plan": trajectory(), "/pose": poses()}
     run = fb.from_bag(bag(tmp_path / "bag", topics))
