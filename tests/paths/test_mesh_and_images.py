@@ -113,10 +113,6 @@ def test_a_factor_of_the_torques_beside_type_2(mesh):
     largest = max(np.abs([*a.first, a.last[-1]]).max() for a in (a1, a2))
     assert mesh.share("a", k) == max(abs(a1.first[k]), abs(a2.first[k])) / largest
     assert mesh.share("v", k) == 0.0
-    assert mesh.layer(0) == math.inf
-    h = mesh.stretches.length[k]
-    layers = [abs(a.first[k] * h / (2 * (a.middle[k] - a.first[k]))) for a in (a1, a2)]
-    assert mesh.layer(k) == pytest.approx(min(layers))
 
 
 @pytest.mark.every(2)

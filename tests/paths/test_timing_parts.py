@@ -36,7 +36,6 @@ from fivebar.paths.timing.solve import (
     Solved,
     TimingError,
     _along,
-    _beside_type_2,
     _directions,
     _faster,
     _lowered,
@@ -547,40 +546,19 @@ class Meshed(SimpleNamespace):
         return len(self.stretches.length)
 
 
-def test_stretches_beside_type_2_become_short():
-    length = np.full(12, 2e-6)
-    length[[1, 7]] = 0.5, 0.4
-    one = np.ones(12)
-    mesh = Meshed(
-        stretches=SimpleNamespace(length=length),
-        found={"D": SimpleNamespace(first=one, last=one)},
-        crossing=np.arange(13) == 6,
-        path=SimpleNamespace(length=1.0),
-        layer=lambda k: math.inf,
-    )
-    assert np.flatnonzero(_beside_type_2(mesh, False)).tolist() == [7]
-    assert not _beside_type_2(mesh, True).any()
-    mesh.layer = lambda k: 1e-5
-    assert np.flatnonzero(_beside_type_2(mesh, True)).tolist() == [3, 4, 5, 6, 7, 8]
-    last = np.where(np.arange(12) == 4, 1e-7, 0)
-    mesh.found["D"] = SimpleNamespace(first=1e-9 * one, last=last)
-    assert np.flatnonzero(_beside_type_2(mesh, True)).tolist() == [4]
-
-
-def test_stretches_are_split_by_their_share_of_the_gap(monkeypatch):
-    """The root of it over 0.7 of what each may have, in 4 at most; long ones beside Type 2 in two or more."""
+def test_stretches_are_split_by_their_share_of_the_gap():
+    """The root of it over 0.7 of what each may have, in 4 at most."""
     part = np.array([0.0, 1.0, 3.9, 8.9, 100.0, 0.0])
     above = SimpleNamespace(time=np.full(6, 100.0))
     found = SimpleNamespace(time=above.time + part, above=above, stuck=())
-    monkeypatch.setattr(solve, "_beside_type_2", lambda mesh, thin: np.arange(6) >= 4)
     above.size = np.ones(6)
     length = np.array([1.0] * 5 + [0.1])
     mesh = Meshed(stretches=SimpleNamespace(length=length), part=np.zeros(6, dtype=int))
-    assert solve._parts(mesh, found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 2]
+    assert solve._parts(mesh, found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 1]
     found.stuck = (0,)
-    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 2, 2, 2, 2]
+    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 2, 2, 2, 1]
     mesh.stretches.length[4] = 10.0
-    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 1, 1, 2, 2]
+    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 1, 1, 2, 1]
     found.time[:] = np.inf  # there is no motion yet
     assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 1, 1, 2, 1]
     above.size[2] = np.inf

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -84,21 +83,6 @@ class Mesh:
         names = [each for each in (f"{name}1", f"{name}2") if each in self.found]
         sizes = np.abs([np.append(self.found[n].first, self.found[n].last[-1]) for n in names])
         return float(sizes[:, k].max() / (sizes.max() or 1.0)) if names else 0.0
-
-    def layer(self, k: int) -> float:
-        """Return how far from node k on Type 2, m, a torque's factor a of u changes by as much as
-        it is there.
-
-        Almost along the bars a is small, and the criterion's s'^2 = -(a / b) s'' holds in a thin
-        layer alone.
-        """
-        if not self.criterion[k]:
-            return math.inf
-        each = [self.found[name] for name in ("a1", "a2")]
-        slopes = [2 * (a.middle[k] - a.first[k]) / self.stretches.length[k] for a in each]
-        return min(
-            (abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope), default=math.inf
-        )
 
     @cached_property
     def criterion(self) -> np.ndarray:

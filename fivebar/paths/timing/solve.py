@@ -23,11 +23,7 @@ GROWN = 10  # times as many stretches as at first, more than these
 WORK = 200  # times as many looks, more than these
 GROUP = 1000  # stretches at first, after which another group of parts begins
 FAILURES = 100  # meshes without a motion
-BESIDE = 3  # stretches on either side of Type 2
-LONG = 1e-5  # of the path: stretches become at least as short as this
-SHORT = 1e-10  # of the path: and not shorter
-LAYER = 0.1  # of what `Mesh.layer` tells
-CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
+SHORT = 1e-10  # of the path: stretches become no shorter
 STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
@@ -82,8 +78,6 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     It ends before after a fixed count of work, or `until`, s, of the thread's processor time. The
     parts from rest to rest are taken in groups of some, which share the time that is left.
     """
-    while (thin := _beside_type_2(mesh, True)).any():
-        mesh = mesh.split(1 + thin)
     part = mesh.part
     # A new group begins with the part in which another GROUP of stretches ends.
     ends = np.cumsum(np.bincount(part))[part]
@@ -198,23 +192,7 @@ def _parts(mesh, found, gap):
     # All of a part is slower for what is missing in one place.
     slow = np.isin(mesh.part, mesh.part[list(found.stuck)])
     parts = np.where(slow, np.maximum(about, 1 + (part > 0.2 * part.max())), parts)
-    parts = np.where(moves, parts, about)
-    # What is missing beside Type 2 shows elsewhere.
-    return np.maximum(parts, 1 + _beside_type_2(mesh, False))
-
-
-def _beside_type_2(mesh, thin):
-    """Return which stretches (n,) beside Type 2 are too long; thin: of thin layers alone."""
-    length = mesh.stretches.length
-    long = np.zeros(len(mesh), dtype=bool)
-    D = mesh.found["D"]
-    clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
-    for k in np.flatnonzero(mesh.crossing):
-        near = slice(max(k - BESIDE, 0), k + BESIDE)
-        share = max(LAYER * mesh.layer(k) / mesh.path.length, SHORT)
-        if share < LONG or not thin:
-            long[near] |= clear[near] & (length[near] > min(share, LONG) * mesh.path.length)
-    return long
+    return np.where(moves, parts, about)
 
 
 def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
