@@ -14,7 +14,7 @@ from fivebar.paths.timing.lower_bound import Ceiling
 from fivebar.paths.timing.mesh import mesh_of
 from fivebar.paths.timing.solve import Solved, TimingError, refined
 from fivebar.paths.timing.time_path import _timed
-from tests.helpers.paths_to_time import used
+from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
 from tests.paths.test_polygons import CASES
 
 
@@ -22,11 +22,11 @@ from tests.paths.test_polygons import CASES
 @pytest.mark.parametrize(
     "name, gap, looks",
     [
-        ("torques", 1e-3, 1450),
-        ("accelerations", 1e-3, 1900),
-        ("across Type 2", 1e-2, 3600),
-        ("elbows", 0.03, 7300),
-        ("along the bars", 1e-3, 700),
+        ("torques", 1e-3, 1650),
+        ("accelerations", 1e-3, 1700),
+        ("across Type 2", 1e-2, 2500),
+        ("elbows", 0.03, 5000),
+        ("along the bars", 1e-3, 1100),
     ],
 )
 def test_both_bounds_meet_after_few_looks_at_stretches(name, gap, looks):
@@ -171,7 +171,7 @@ def test_a_star_with_small_blends_is_timed_within_a_thousandth(star):
 
 
 def test_a_motion_far_from_its_bound_comes_with_a_warning(star, monkeypatch):
-    monkeypatch.setattr(solve_module, "LOOKS", 800)
+    monkeypatch.setattr(solve_module, "LOOKS", 0)
     monkeypatch.setattr(solve_module, "WORK", 0)
     with pytest.warns(RuntimeWarning, match="motion takes .* % over the bound: it is proved only"):
         motion = fb.time_path(fb.FiveBar(), star, constraints=fb.Constraints(**USUAL))
@@ -180,11 +180,13 @@ def test_a_motion_far_from_its_bound_comes_with_a_warning(star, monkeypatch):
     fb.time_path(fb.FiveBar(), star, constraints=fb.Constraints(**USUAL), gap=0.9)
 
 
-def test_a_search_without_a_motion_says_that_its_time_ran_out(star, monkeypatch):
-    """It is not told as if there were none."""
-    monkeypatch.setattr(solve_module, "SHARES", ())
+def test_a_search_without_a_motion_says_that_its_time_ran_out():
+    """On the first mesh there is none; it is not told as if none kept the limits."""
+    robot, torque, centre, width = ROBOTS["rubbing"]
+    rng = np.random.default_rng(3)
+    path, limits = random_path(rng, centre, width), random_limits(rng, robot, torque)
     with pytest.raises(TimingError, match="max_time ran out before a motion .* was found") as late:
-        fb.time_path(fb.FiveBar(), star, constraints=fb.Constraints(**USUAL), max_time=1e-9)
+        fb.time_path(robot, path, constraints=fb.Constraints(**limits), max_time=1e-9)
     assert not late.value.proved
 
 

@@ -12,7 +12,6 @@ from fivebar.paths.timing import solve as timing_solve
 from fivebar.paths.timing.constraint_rows import PARTS, ConstraintRows, Limits, rows_of
 from fivebar.paths.timing.lower_bound import caps
 from fivebar.paths.timing.mesh import mesh_of
-from fivebar.paths.timing.time_path import _timed
 from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
 
 ACROSS = Path((Line((0.09, 0.06796322), (0.05, 0.0)),))
@@ -112,18 +111,6 @@ def test_rows_are_above_zero_where_the_models_exceed_a_limit():
             expected = (used | alone)[name].max(axis=1) - 1
             off = (value.max(axis=0) - expected)[known]
             assert np.abs(off).max() < (2e-3 if name == "acceleration" else 1e-9)
-
-
-@pytest.mark.every(2)
-@pytest.mark.parametrize("name, seed", [("rubbing", 3), ("all", 20)])
-def test_on_a_coarse_mesh_a_slow_motion_is_found_where_no_fast_one_is(name, seed):
-    robot, torque, centre, width = ROBOTS[name]
-    rng = np.random.default_rng(seed)
-    path, limits = random_path(rng, centre, width), random_limits(rng, robot, torque)
-    mesh, kept = mesh_of(robot, path, (-1, -1)), Limits.of(fb.Constraints(**limits))
-    found = timing_solve.solve(mesh, kept)
-    assert found.stuck and 3 < found.gap < np.inf
-    assert used(_timed(kept, mesh, found), limits, 30) <= 1
 
 
 def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():

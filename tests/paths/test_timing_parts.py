@@ -565,31 +565,6 @@ def test_stretches_are_split_by_their_share_of_the_gap():
     assert solve._parts(mesh, found, 0.1).tolist() == [1, 1, 2, 1, 1, 1]
 
 
-def test_squared_speed_beside_type_2_is_bent_as_the_criterion_asks():
-    """x' = -2 p(s) x with p = b / a of the torque that decides: x_ss / (2 x) of its solution."""
-    h, ends = 1e-3, np.array([[30.0, -8.0], [32.0, -7.0], [34.0, -6.0]])  # p of two stretches
-    a = np.stack([0.1 * np.ones((3, 2)), [[2.0, -2.0]] * 3], axis=1)
-    b = np.stack([5.0 * np.ones((3, 2)), ends * a[:, 1]], axis=1)
-    torque = np.array([True, True, True, True, False])
-    double = {
-        name: np.insert(np.repeat(each, 2, axis=1), 4, 0.3, axis=1)
-        for name, each in {"a": a, "b": b, "c": 0 * a}.items()
-    }
-    rows = SimpleNamespace(parts=double, torque=torque)
-    mesh = Meshed(stretches=SimpleNamespace(length=np.full(2, h)), crossing=np.array([True, False]))
-    above = SimpleNamespace(x=np.ones(3))
-    s = np.array([-1e-4, 0.0, 1e-4])  # about the middle
-    rate = ends[1] + np.outer(s, (ends[2] - ends[0]) / h) / 2
-    x = np.exp(-2 * rate * s[:, None])
-    bent = (x[0] - 2 * x[1] + x[2]) / s[2] ** 2 / 2
-    np.testing.assert_allclose(solve._lean(mesh, rows, above), bent, rtol=5e-3)
-    double["c"] += 1e3  # another part than that of the speed decides
-    assert not solve._lean(mesh, rows, above).any()
-    double["c"] -= 1e3
-    mesh.crossing[:] = False
-    assert not solve._lean(mesh, rows, above).any()
-
-
 def test_where_a_path_grazes_type_2_at_a_node():
     side = np.array([1, 1, -1, -1, -1, 1, 1])
     mesh = SimpleNamespace(

@@ -52,17 +52,16 @@ def polygons(
     length: np.ndarray,
     above: Ceiling,
     bent: np.ndarray,
-    lean: np.ndarray,
     near: np.ndarray,
     off: np.ndarray,
     mesh: Mesh,
 ) -> Polygons:
     """Return the Polygons of a mesh's n stretches, from their rows.
 
-    bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on
-    Type 2 the criterion gives it. near (n + 1,): x about which that is made linear at the nodes of
-    `Mesh.tied`. off (n,): with 0, x is free there and the result is no proof; else x is `near`
-    there, and beside them not much more than so much of it away.
+    bent (n,): x_ss / 2 where it may be chosen; beside a node on Type 2 the criterion gives it.
+    near (n + 1,): x about which that is made linear at the nodes of `Mesh.tied`. off (n,): with 0,
+    x is free there and the result is no proof; else x is `near` there, and beside them not much
+    more than so much of it away.
     """
     n = len(length)
     crossing = mesh.criterion
@@ -75,7 +74,7 @@ def polygons(
     last = np.zeros((n, 3))
     first[:, 0] = last[:, 1] = 1.0
     h = length[:, None]
-    curve = (_const(bent) + lean[:, None] * (first + last) / 2) * h**2
+    curve = _const(bent) * h**2
     u0 = (last - first - curve) / (2 * h)
     u1 = (last - first + curve) / (2 * h)
     middle = (first + last - curve) / 2

@@ -24,11 +24,9 @@ WORK = 200  # times as many looks, more than these
 GROUP = 1000  # stretches at first, after which another group of parts begins
 FAILURES = 100  # meshes without a motion
 SHORT = 1e-10  # of the path: stretches become no shorter
-STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
 GROWTH = 1.0, 3.0, 1 / 3  # of that, from one crossing to the next
-SHARES = (1.0, 0.3, 0.05, 0.003)  # of the ceiling, below which a motion is looked for
 
 
 class TimingError(RuntimeError):
@@ -169,10 +167,9 @@ def _joined(solved):
 
 
 def _hints(mesh, found):
-    mean = (found.x[1:] + found.x[:-1]) / 2
-    highest = (found.above.x[1:] + found.above.x[:-1]) / 2
-    mean = np.where(np.isfinite(found.time), mean, highest)
-    return np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length), mean])
+    # Where no motion was found, none tells how it is bent.
+    bent = np.where(np.isfinite(found.time), _bent(found.x, mesh.stretches.length), 0.0)
+    return np.stack([_along(mesh, found), bent])
 
 
 def _parts(mesh, found, gap):
@@ -198,8 +195,8 @@ def _parts(mesh, found, gap):
 def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
     """Return the ceiling and a motion on this mesh.
 
-    hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its
-    limit is looked at closely, x_ss / 2 and x, all from a coarser mesh.
+    hints (2, n): directions of the end-effector's acceleration, rad from the path's, near which its
+    limit is looked at closely, and x_ss / 2, both from a coarser mesh.
     """
     along = None if hints is None else hints[0]
     length = mesh.stretches.length
@@ -222,66 +219,32 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
-    lean = _lean(mesh, rows, above)
     part = np.cumsum(rest[:-1]) - 1  # from rest to rest
-    tied = mesh.tied.any()
-
-    def tried(share, bent, mean=None):
-        # Slower motions need less room: where none is found on a coarse mesh, one below a share of
-        # the ceiling is.
-        below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
-        form = (bent, none)
-        near = below.x
-        if mean is not None:
-            form = bent - lean * mean, lean
-            near = (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2
-        found = best._replace(time=none + np.inf, looks=0)
-        closed = []
-        for _ in range(NEWTON if tied else 0):
-            table = polygons(rows, alone, length, below, *form, near, none, mesh)
-            x, closed = profile(table, below, rest)
-            near = np.where(x > 0, x, near)
-            found = found._replace(looks=found.looks + len(mesh))
-        for off in _lowered(mesh, part) if tied else (none,):
-            table = polygons(
-                rows, alone, length, below, *form, near * (1 - np.append(off, 0.0)), off, mesh
-            )
-            x, stuck = profile(table, below, rest)
-            own = table.curvature(x)
-            time = duration(length, x[:-1], x[1:], own)
-            never = np.isinf(np.bincount(part, time))[part]
-            for k in np.setdiff1d(part[never], part[stuck]):
-                # It rests there.
-                stuck.append(int(np.argmax(np.isinf(time) & (part == k))))
-            time = np.where(never, np.inf, time)
-            found = _faster(found, Solved(above, top, x, own, time, (), len(mesh)), part)
-            left = np.isinf(found.time) & ~np.isin(part, part[closed])
-            if not left.any():
-                break
-        return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
-
-    if hints is not None:
-        best = _faster(best, tried(none + 1, hints[1]), part)
-        if mesh.crossing.any():
-            # Either form may keep to a slow motion.
-            best = _faster(best, tried(none + 1, hints[1], hints[2]), part)
-    left = np.isinf(best.time)
-    share = none + 1
-    stuck = ()
-    if not left.any():
-        return best
-    for each in SHARES:
-        share = np.where(left, each, share)
-        found = tried(share, none)
-        best = _faster(best, found, part)
-        left = np.isinf(best.time)
-        if each == 1 or each == SHARES[-1]:
-            stuck += tuple(i for i in found.stuck if left[i])
-        if not left.any():
-            mean = (best.x[1:] + best.x[:-1]) / 2
-            best = _faster(best, tried(share, _bent(best.x, length), mean), part)
+    bent = none if hints is None else hints[1]
+    near = above.x
+    found = best
+    closed = []
+    for _ in range(NEWTON if mesh.tied.any() else 0):
+        table = polygons(rows, alone, length, above, bent, near, none, mesh)
+        x, closed = profile(table, above, rest)
+        near = np.where(x > 0, x, near)
+        found = found._replace(looks=found.looks + len(mesh))
+    for off in _lowered(mesh, part) if mesh.tied.any() else (none,):
+        lowered = near * (1 - np.append(off, 0.0))
+        table = polygons(rows, alone, length, above, bent, lowered, off, mesh)
+        x, stuck = profile(table, above, rest)
+        own = table.curvature(x)
+        time = duration(length, x[:-1], x[1:], own)
+        never = np.isinf(np.bincount(part, time))[part]
+        for k in np.setdiff1d(part[never], part[stuck]):
+            # It rests there.
+            stuck.append(int(np.argmax(np.isinf(time) & (part == k))))
+        time = np.where(never, np.inf, time)
+        found = _faster(found, Solved(above, top, x, own, time, (), len(mesh)), part)
+        left = np.isinf(found.time)
+        if not (left & ~np.isin(part, part[closed])).any():
             break
-    return best._replace(stuck=stuck)
+    return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
 
 
 def _lowered(mesh, part):
@@ -309,21 +272,6 @@ def _faster(one, other, part):
     bent = np.where(better, other.bent, one.bent)
     time = np.where(better, other.time, one.time)
     return one._replace(x=x, bent=bent, time=time, looks=one.looks + other.looks)
-
-
-def _lean(mesh, rows, above):
-    """Return by how much x_ss / 2 grows with x (n,) beside Type 2, where u = -(b / a) x about."""
-    if not mesh.crossing.any() or not rows.torque.any():
-        return np.zeros(len(mesh))
-    a, b, c = (rows.parts[name][:, np.flatnonzero(rows.torque)[::2]] for name in "abc")
-    with np.errstate(all="ignore"):
-        pull = b / a
-        grows = 2 * pull[0] * pull[2] - (pull[2] - pull[0]) / mesh.stretches.length
-    tied = (a[0] * a[2] > 0) & (np.abs(b[1]) * (above.x[1:] + above.x[:-1]) / 2 > np.abs(c[1]))
-    tied &= np.abs(grows) * mesh.stretches.length**2 < STEEP
-    best = np.where(tied, np.abs(a[1]), 0.0).argmax(axis=0)
-    at = best, np.arange(len(mesh))
-    return np.where(tied[at], grows[at], 0.0)
 
 
 def _parts_about(length, nodes):
