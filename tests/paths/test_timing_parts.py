@@ -32,15 +32,7 @@ from fivebar.paths.timing.mesh import _over_distance, _sign
 from fivebar.paths.timing.polygons import Polygons, _add_friction, _root
 from fivebar.paths.timing.refusals import refuse_touching, where
 from fivebar.paths.timing.slower import _mixture, _slower
-from fivebar.paths.timing.solve import (
-    Solved,
-    TimingError,
-    _along,
-    _directions,
-    _faster,
-    _lowered,
-    _parts_about,
-)
+from fivebar.paths.timing.solve import Solved, TimingError, _along, _directions, _faster, _lowered
 from fivebar.paths.timing.timed_path import TimedPath
 from tests.helpers.paths_to_time import used
 
@@ -219,19 +211,6 @@ def test_a_mixture_takes_the_wanted_time():
     np.testing.assert_allclose(time, duration(length, x[:-1], x[1:], bent), rtol=1e-12)
     w = bent[0] / 0.1
     np.testing.assert_allclose(x, w * fast.x + (1 - w) * slow.x, rtol=1e-12)
-
-
-def test_stretches_beside_a_node_without_a_motion_are_divided_and_the_longest_near_it():
-    length = np.ones(60)
-    length[[20, 30, 31]] = 4.0
-    expected = np.ones(60, dtype=int)
-    expected[[20, 30, 31]] = 2
-    expected[24:27] = 4
-    assert (_parts_about(length, [25]) == expected).all()
-    assert _parts_about(length, [0])[:2].tolist() == [4, 4]
-    assert (_parts_about(length, []) == 1).all()
-    length[25] = 1e-12  # too short to be divided
-    assert _parts_about(length, [25])[24:27].tolist() == [4, 1, 4]
 
 
 def test_of_two_motions_the_faster_one_from_rest_to_rest():
@@ -541,28 +520,19 @@ def test_a_motion_in_a_given_time_has_the_least_share_of_the_limits(least, monke
     assert min(abs(share - max(least, 1 / 2.5**2)) for share in seen) < 1e-3
 
 
-class Meshed(SimpleNamespace):
-    def __len__(self):
-        return len(self.stretches.length)
-
-
 def test_stretches_are_split_by_their_share_of_the_gap():
-    """The root of it over 0.7 of what each may have, in 4 at most."""
+    """The root of it over 0.7 of what each may have, in 4 at most; in halves without a motion."""
     part = np.array([0.0, 1.0, 3.9, 8.9, 100.0, 0.0])
     above = SimpleNamespace(time=np.full(6, 100.0))
     found = SimpleNamespace(time=above.time + part, above=above, stuck=())
     above.size = np.ones(6)
-    length = np.array([1.0] * 5 + [0.1])
-    mesh = Meshed(stretches=SimpleNamespace(length=length), part=np.zeros(6, dtype=int))
-    assert solve._parts(mesh, found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 1]
-    found.stuck = (0,)
-    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 2, 2, 2, 1]
-    mesh.stretches.length[4] = 10.0
-    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 1, 1, 2, 1]
-    found.time[:] = np.inf  # there is no motion yet
-    assert solve._parts(mesh, found, 0.1).tolist() == [4, 4, 1, 1, 2, 1]
+    assert solve._parts(range(6), found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 1]
+    found.time[:2] = np.inf  # there is no motion yet
+    assert solve._parts(range(6), found, 0.01 / 0.7).tolist() == [2, 2, 2, 3, 4, 1]
+    found.time[:] = np.inf
+    assert solve._parts(range(6), found, 0.1).tolist() == [2] * 6
     above.size[2] = np.inf
-    assert solve._parts(mesh, found, 0.1).tolist() == [1, 1, 2, 1, 1, 1]
+    assert solve._parts(range(6), found, 0.1).tolist() == [1, 1, 2, 1, 1, 1]
 
 
 def test_where_a_path_grazes_type_2_at_a_node():

@@ -23,7 +23,6 @@ GROWN = 10  # times as many stretches as at first, more than these
 WORK = 200  # times as many looks, more than these
 GROUP = 1000  # stretches at first, after which another group of parts begins
 FAILURES = 100  # meshes without a motion
-SHORT = 1e-10  # of the path: stretches become no shorter
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
 GROWTH = 1.0, 3.0, 1 / 3  # of that, from one crossing to the next
@@ -178,18 +177,12 @@ def _parts(mesh, found, gap):
     if unbounded.any():
         return 1 + unbounded
     moves = np.isfinite(found.time)
-    about = _parts_about(mesh.stretches.length, found.stuck)
-    if not moves.any():
-        return about
     # The gap of a stretch goes as the square of its length.
     part = np.where(moves, found.time - found.above.time, 0.0)
     allowed = 0.7 * gap * found.above.time.sum() / len(mesh)
-    wanted = np.sqrt(part / min(allowed, 0.5 * part.max()))
+    wanted = np.sqrt(part / min(allowed, max(0.5 * part.max(), 1e-300)))
     parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
-    # All of a part is slower for what is missing in one place.
-    slow = np.isin(mesh.part, mesh.part[list(found.stuck)])
-    parts = np.where(slow, np.maximum(about, 1 + (part > 0.2 * part.max())), parts)
-    return np.where(moves, parts, about)
+    return np.where(moves, parts, 2)
 
 
 def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
@@ -272,18 +265,6 @@ def _faster(one, other, part):
     bent = np.where(better, other.bent, one.bent)
     time = np.where(better, other.time, one.time)
     return one._replace(x=x, bent=bent, time=time, looks=one.looks + other.looks)
-
-
-def _parts_about(length, nodes):
-    """Return into how many parts (n,) stretches are divided: those beside these nodes, and the
-    longest ones near them, on which friction may take the speed that a crossing needs.
-    """
-    parts = np.ones(len(length), dtype=int)
-    for node in nodes:
-        near = slice(max(node - 12, 0), node + 13)
-        parts[near] = np.maximum(parts[near], 1 + (length[near] >= 0.5 * length[near].max()))
-        parts[max(node - 1, 0) : node + 2] = 4
-    return np.where(length > SHORT * length.sum(), parts, 1)
 
 
 def _bent(x, length):
