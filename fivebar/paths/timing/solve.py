@@ -11,7 +11,7 @@ from ...base.progress import progress
 from .constraint_rows import DIRECTIONS, NEAR, Limits, rows_of
 from .feasible_motion import profile
 from .lower_bound import MARGIN, Ceiling, caps, ceiling, duration
-from .mesh import joined, of_nodes
+from .mesh import joined
 from .polygons import polygons
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ MOST = 20000  # stretches
 LOOKS = 300_000  # at stretches, on all meshes: about 10 s
 GROWN = 10  # times as many stretches as at first, more than these
 WORK = 200  # times as many looks, more than these
+ROUNDS = 60  # meshes, each split from the one before
 GROUP = 1000  # stretches at first, after which another group of parts begins
-FAILURES = 100  # meshes without a motion
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
 GROWTH = 1.0, 3.0, 1 / 3  # of that, from one crossing to the next
@@ -60,14 +60,6 @@ class Solved(NamedTuple):
     def gap(self) -> float:
         return float(self.time.sum() / self.above.time.sum()) - 1
 
-    def taken(self, at: np.ndarray) -> Solved:
-        """Return it on these stretches (n,) alone, those of whole parts from rest to rest."""
-        above = Ceiling(of_nodes(self.above.x, at), self.above.time[at], self.above.size[at], None)
-        places = np.cumsum(at) - 1
-        stuck = tuple(int(places[k]) for k in self.stuck if at[k])
-        nodes = of_nodes(self.top, at), of_nodes(self.x, at)
-        return Solved(above, *nodes, self.bent[at], self.time[at], stuck, self.looks)
-
 
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """Return the mesh, split until both bounds are within `gap`, and the solution on it.
@@ -79,18 +71,29 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     # A new group begins with the part in which another GROUP of stretches ends.
     ends = np.cumsum(np.bincount(part))[part]
     group = ends // GROUP
-    solved = []
+    meshes = []
+    tables = []
+    looks = 0
     for k in progress(np.unique(group), desc="least time", unit=" parts", delay=2, leave=False):
         own = group == k
         now = time.thread_time()
         share = own.sum() / (group >= k).sum()
-        solved += _refined(mesh.taken(own), limits, gap, now + share * (until - now))
-    return _joined(solved)
+        chosen, own_looks = _refined(mesh.taken(own), limits, gap, now + share * (until - now))
+        looks += own_looks
+        for each, found, at in chosen:
+            meshes.append(each.taken(at))
+            above = found.above
+            columns = above.x[:-1], above.time, above.size, found.top[:-1], found.x[:-1]
+            tables.append(np.stack([*columns, found.bent, found.time])[:, at])
+    mesh, order = joined(meshes)
+    highest, least, size, top, x, bent, taken = np.concatenate(tables, axis=1)[:, order]
+    highest, top, x = (np.append(each, 0.0) for each in (highest, top, x))  # it ends at rest
+    return mesh, Solved(Ceiling(highest, least, size, None), top, x, bent, taken, (), looks)
 
 
 def _refined(mesh, limits, gap, until):
-    """Return meshes and solutions, of whole parts from rest to rest, each split until its own
-    bounds are within `gap`, or all of them together.
+    """Return ([(mesh, solution, at), ...], looks): stretches `at` (n,) of whole parts from rest to
+    rest, each split until its own bounds are within `gap`, or all of them together.
     """
     part = mesh.part
     count = part[-1] + 1
@@ -112,20 +115,15 @@ def _refined(mesh, limits, gap, until):
         taken[better] = times[better]
         bound[better] = bounds[better]
         best[better] = len(rounds)
-        rounds.append((mesh, found._replace(looks=looks)))
+        rounds.append((mesh, found))
         open_ = (taken > (1 + gap) * bound)[part]
         done = taken.sum() <= (1 + gap) * bound.sum()
         late = time.thread_time() > until
-        if done or late or len(mesh) > most or looks > most_looks:
+        if done or late or len(mesh) > most or looks > most_looks or len(rounds) > ROUNDS:
             break
-        if len(rounds) > FAILURES and np.isinf(taken).any():
-            break
-        mesh = mesh.taken(open_)
-        found = found.taken(open_)
-        hints = _hints(mesh, found)
-        after = mesh.split(_parts(mesh, found, gap))
+        after = mesh.taken(open_).split(_parts(mesh, found, gap)[open_])
         middles = after.s[:-1] + after.stretches.length / 2
-        hints = hints[:, np.searchsorted(mesh.s, middles) - 1]
+        hints = _hints(mesh, found)[:, np.searchsorted(mesh.s, middles) - 1]
         mesh = after
     if np.isinf(taken).any():
         node = (*found.stuck, 0)[0]
@@ -137,32 +135,8 @@ def _refined(mesh, limits, gap, until):
                 False,
             )
         raise _no_motion(mesh, node, False)
-    chosen = []
-    for k, (mesh, found) in enumerate(rounds):
-        own = best[mesh.part] == k
-        if own.any():
-            chosen.append((mesh.taken(own), found.taken(own)))
-    return chosen
-
-
-def _joined(solved):
-    """Return one mesh and solution of those of several parts."""
-    mesh, order = joined([mesh for mesh, _ in solved])
-    each = [found for _, found in solved]
-
-    def together(name, of=lambda found: found):
-        values = [getattr(of(found), name) for found in each]
-        starts = np.concatenate([value[: len(found.time)] for value, found in zip(values, each)])
-        last = np.zeros(len(values[0]) - len(each[0].time))  # it ends at rest
-        return np.append(starts[order], last)
-
-    def of_ceiling(name):
-        return together(name, lambda found: found.above)
-
-    above = Ceiling(of_ceiling("x"), of_ceiling("time"), of_ceiling("size"), None)
-    looks = sum(found.looks for found in each)
-    parts = (together(name) for name in ("top", "x", "bent", "time"))
-    return mesh, Solved(above, *parts, (), looks)
+    ends = [(*rounds[k], best[rounds[k][0].part] == k) for k in np.unique(best[best >= 0])]
+    return ends, looks
 
 
 def _hints(mesh, found):
