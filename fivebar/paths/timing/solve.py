@@ -22,6 +22,9 @@ LOOKS = 300_000  # at stretches, on all meshes: about 10 s
 GROWN = 10  # times as many stretches as at first, more than these
 WORK = 200  # times as many looks, more than these
 ROUNDS = 60  # meshes, each split from the one before
+BESIDE = 3  # stretches on either side of Type 2
+LAYER = 0.1  # of the layer beside it: stretches there are no longer,
+SHORT = 1e-10  # but of the path no shorter
 GROUP = 1000  # stretches at first, after which another group of parts begins
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
@@ -67,6 +70,8 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     It ends before after a fixed count of work, or `until`, s, of the thread's processor time. The
     parts from rest to rest are taken in groups of some, which share the time that is left.
     """
+    while (long := _across_layers(mesh)).any():
+        mesh = mesh.split(1 + long)
     part = mesh.part
     # A new group begins with the part in which another GROUP of stretches ends.
     ends = np.cumsum(np.bincount(part))[part]
@@ -137,6 +142,24 @@ def _refined(mesh, limits, gap, until):
         raise _no_motion(mesh, node, False)
     ends = [(*rounds[k], best[rounds[k][0].part] == k) for k in np.unique(best[best >= 0])]
     return ends, looks
+
+
+def _across_layers(mesh):
+    """Return which stretches (n,) beside Type 2 are long against the layer in which a torque's
+    factor a of u changes by as much as it is on Type 2.
+
+    Almost along the bars a is small, and the criterion's x = -(a / b) u holds in a thin layer
+    alone.
+    """
+    length = mesh.stretches.length
+    long = np.zeros(len(mesh), dtype=bool)
+    for k in np.flatnonzero(mesh.criterion):
+        near = slice(max(k - BESIDE, 0), k + BESIDE)
+        a = max((mesh.found[name] for name in ("a1", "a2")), key=lambda each: abs(each.first[k]))
+        change = 2 * abs(a.middle[k] - a.first[k])
+        layer = length[k] * abs(a.first[k]) / max(change, abs(a.first[k]))
+        long[near] |= length[near] > max(LAYER * layer, SHORT * mesh.path.length)
+    return long
 
 
 def _hints(mesh, found):
