@@ -23,10 +23,8 @@ GROWN = 10  # times as many stretches as at first, more than these
 WORK = 200  # times as many looks, more than these
 ROUNDS = 60  # meshes, each split from the one before
 BESIDE = 3  # stretches on either side of Type 2
-LAYER = 0.1  # of the layer beside it: stretches there are no longer
-THIN = 1e-3  # of the path, if that is thinner,
-SHORT = 1e-10  # and no shorter than this
-CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
+LAYER = 0.1  # of the layer beside it: stretches there are no longer,
+SHORT = 1e-10  # but of the path no shorter
 GROUP = 1000  # stretches at first, after which another group of parts begins
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
@@ -147,24 +145,19 @@ def _refined(mesh, limits, gap, until):
 
 
 def _across_layers(mesh):
-    """Return which stretches (n,) beside Type 2 are long against a thin layer there, in which a
+    """Return which stretches (n,) beside Type 2 are long against the layer there, in which a
     torque's factor a of u changes by as much as it is on Type 2.
 
     Almost along the bars a is small, and the criterion's x = -(a / b) u holds in that layer alone.
     """
     length = mesh.stretches.length
-    D = mesh.found["D"]
-    clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
     long = np.zeros(len(mesh), dtype=bool)
     for k in np.flatnonzero(mesh.criterion):
         a = max((mesh.found[name] for name in ("a1", "a2")), key=lambda each: abs(each.first[k]))
-        change = 2 * abs(a.middle[k] - a.first[k])
-        layer = length[k] * abs(a.first[k]) / max(change, abs(a.first[k]))
-        share = max(LAYER * layer / mesh.path.length, SHORT)
-        if share < THIN:
-            near = slice(max(k - BESIDE, 0), k + BESIDE)
-            long[near] |= clear[near] & (length[near] > share * mesh.path.length)
-    return long
+        change = 2 * abs(a.middle[k] - a.first[k]) / length[k]
+        near = slice(max(k - BESIDE, 0), k + BESIDE)
+        long[near] |= length[near] * change > LAYER * abs(a.first[k])
+    return long & (length > SHORT * mesh.path.length)
 
 
 def _hints(mesh, found):
