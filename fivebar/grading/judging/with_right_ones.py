@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from ..models.robots import Robot
-from .exercise import Exercise
+from ...models.robots import Robot
+from ..exercise import Exercise
+from ..intake.program import Program
+from ..labs import Lab
+from ..worker.live import Live
+from ..worker.replies import Reply
+from ..worker.student import LIMIT, Tried
 from .judge import Verdict
-from .labs import Lab
-from .program import Program
 from .relations import MODES
-from .worker.live import Live
-from .worker.replies import Reply
-from .worker.student import LIMIT, Tried
 
 MOST_ASKED = 30_000  # rows of right functions in a check
 MOST_KEPT = 2_000
@@ -190,13 +190,11 @@ def may_help(outline: dict, lab: Lab, asked: set[str]) -> set[str]:
 
 def modelled(verdict: Verdict) -> bool:
     """Return whether these wrong answers are a model with a mistake: one that can be named, or that
-    goes with the right one.
-
-    Nothing follows from numbers that anybody could write down.
+    changes with what is asked. From what is still to be written nothing follows.
     """
     if verdict.diagnosis is not None:
         return not verdict.diagnosis.idle
-    return verdict.share > 0 or verdict.related
+    return verdict.share > 0 or verdict.varies
 
 
 def remark(wrong: dict[str, str]) -> str:

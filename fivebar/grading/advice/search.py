@@ -5,68 +5,42 @@ is told that was not tried.
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
-from ..models.robots import Robot
-from .following import Helped, builds_on, reached, spread, with_right_called
+from ...models.robots import Robot
+from ..intake.program import Program
+from ..judging.judge import numbers_of, numbers_right
+from ..judging.questions import AskedRows, Questions, rows_from
+from ..judging.with_right_ones import Helped, builds_on, reached, spread, with_right_called
+from ..labs import Lab
+from ..ten_models import TEN, columns_of, motions
+from ..worker.student import Tried
+from ..worker.wire import Change
 from .formulas import MATH, OLD, long_formulas, short_formulas
-from .judge import call_text, numbers_of, numbers_right
-from .labs import Lab
-from .needed import AT_ONCE, Needs, batches
-from .program import Program
-from .questions import AskedRows, Questions, rows_from
-from .ten_models import TEN, columns_of, motions
-from .worker.student import Tried
-from .worker.wire import Change
+from .names import named
+from .needed_values import AT_ONCE, Needs, batches
 
+SLOW, TIMED = 5e-3, 8  # s, of a call of which only likely changes are tried; calls timed
+AT_A_TIME, LEAST_AT_ONCE = 5.0, 16  # s of calls that are asked together, and changes
 LIKELY, WAVES = 2, 3  # waves of likely changes, of all
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
-MOST_CHANGES = 2  # that are told: with more of them, a formula is another one
 MOST_COMPARED = 16  # formulas that make all right, of which one may help other functions, too
-MOST_FIRST = 2  # changes that make more numbers right, to each of which a second one is sought
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
 BY_CHANCE = 0.1  # of the numbers, that may be right by two mistakes
 _NAME = re.compile(r"[A-Za-z_]\w*")
+PLAIN_NUMBERS = {"math", "np", "numpy", "pi"}
 UNLIKELY = 10  # letters by which a formula counts longer in the place of a name
 DOUBLED = 3  # by which a multiple of an angle does
 OTHERS = 16  # rows for a robot of other lengths
-HINTS = {
-    "a sign": "Go through the signs of your formula: which terms add, and which subtract?",
-    "a square": "Write the unit of each term beside it: all terms of a sum have the same.",
-    "a root": "Write the unit of each term beside it: all terms of a sum have the same.",
-    "a factor": "Write the unit of each term beside it, and ask where each factor comes from.",
-    "an operator": "Write the unit of each term beside it: all terms of a sum have the same.",
-    "a number": "Where does each number in your formula come from?",
-    "a whole number": "What does an array of whole numbers do with a fraction that is put into it?",
-    "a term": "Derive the formula once more on paper: how many terms does it have?",
-    "a formula": "Derive this line once more on paper: which lengths and angles does it hold?",
-    "a bracket": "In which order does Python compute your formula? Where do brackets belong?",
-    "a variable": "Read each name in your formula: which leg, which bar, which derivative is it?",
-    "an index": "Read each index in your formula: which row, which column, which leg is it?",
-    "a function": "Draw the angle: which side of the triangle is the cosine, which the sine?",
-    "the order": "In which order are these wanted?",
-    "the order of lines": "Which values have your names when each line is reached?",
-    "a transpose": "Write the shapes and the meaning of rows and columns beside each matrix.",
-    "an inverse": "Solve the equation for what you look for: which matrix is on the other side?",
-    "a matrix of ones": "Multiply a matrix of ones by a vector: is that the vector?",
-    "a matrix product": "What does * do with two arrays, and what does @ do?",
-    "a call": "What does each function that you call do with its argument?",
-    "a comparison": "Go through your conditions: which case do they choose, and when?",
-    "a direction": "Draw the vector: which way does it point, and which way should it?",
-    "a conjugate": "Multiply two complex numbers on paper: is that their scalar product?",
-    "an array in place": "Which other name means the same array, and changes with it?",
-    "the indentation": "Which lines belong to the loop or to the condition, and which come after?",
-    "a line unlike the other leg's": "Compare this line with that of the other leg.",
-    "a line": "What does each line change? Is it needed?",
-}
 
 
 @dataclass(frozen=True)
@@ -82,19 +56,19 @@ class Mend:
     made: Tried
     helps: int = 0
     after: Mend | None = None
+    names: tuple[tuple[str, str], ...] = ()  # name and hint of each change
 
     @property
     def name(self) -> str:
-        count = "one thing" if len(self.changes) == 1 else "two things"
-        return f"right but for {count}: {' and '.join(map(self._told, self.changes))}"
-
-    def _told(self, change):
-        inside = change.function
-        return change.kind + ("" if inside == self.function else f", in your {inside}")
+        told = []
+        for (name, _), change in zip(self.names, self.changes):
+            inside = change.function
+            told.append(name + ("" if inside == self.function else f", in your {inside}"))
+        return "; and ".join(told)
 
     @property
     def hint(self) -> str:
-        return " ".join(dict.fromkeys(HINTS[change.kind] for change in self.changes))
+        return " ".join(dict.fromkeys(hint for _, hint in self.names))
 
     def spot(self, where: Callable[[int], str]) -> str:
         """Return where it is and what would be right; where: a line in its author's words."""
@@ -124,27 +98,6 @@ class Mend:
         return self.function, (*self.made.steps, *last)
 
 
-@dataclass(frozen=True)
-class Lead:
-    """What is known of a wrong value if no formula is, in words that hold; name: "" where this is
-    only where it stands.
-    """
-
-    name: str
-    line: int
-    told: str
-
-    @property
-    def hint(self) -> str:
-        if self.name:
-            return "A root and an arc have no sign of their own: what tells you which one is right?"
-        return "Work this value out by hand for one call: what would be right?"
-
-    def spot(self, where: Callable[[int], str]) -> str:
-        """Return the line in its author's words, and what is known."""
-        return f"{where(self.line)}: {self.told}"
-
-
 def find_mend(
     program: Program,
     lab: Lab,
@@ -153,9 +106,8 @@ def find_mend(
     wrong: set[str],
     deep: bool,
     before: Sequence[Mend] = (),
-) -> Mend | Lead | None:
-    """Return the changes that make a function right, else the last wrong value, None where there
-    is none of which all others follow.
+) -> Mend | None:
+    """Return the changes that make a function right, None where none are found.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
@@ -170,7 +122,7 @@ def find_mend(
         found = search.mend(deep)
         if found is None and before and not begun and search.begin_after(before[0], True):
             found = search.mend(deep)
-        return search.lead() if found is None and deep else found
+        return found and search.named(found)
 
 
 class _Search:
@@ -180,7 +132,17 @@ class _Search:
         self.function, self.tried = function, Tried(function, tuple(lab.exercises()))
         self.student: Helped = program.student
         questions = Questions(program, lab, {}, np.random.default_rng(0))
-        self.asked = [rows for each in asked for rows in _answerable(each, questions)]
+        self.asked = []
+        for each in asked:
+            own, *others = _answerable(each, questions)
+            # Where longer bars leave no pose on a way, right files stop.
+            answered = [np.isfinite(self._came(rows, None)).all(axis=1) for rows in others]
+            self.asked += [own] if len(own.good) else []
+            self.asked += [
+                rows.part(np.flatnonzero(known))
+                for rows, known in zip(others, answered)
+                if known.any()
+            ]
         self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
         self.before: Mend | None = None
@@ -220,155 +182,124 @@ class _Search:
                 self.kept.append((name, rows.part(answered)))
 
     def mend(self, deep: bool) -> Mend | None:
-        """Return the first change after which all rows are right, or the first two."""
+        """Return the first change after which all rows are right."""
         if self._wrong_rows(self.tried.steps) is None:
             return None
-        better: list[tuple[int, tuple]] = []
         best = None
-        for found in self._one_after_the_other(deep, better):
+        for found in self._one_after_the_other(deep):
             if found and self._helps_all(found):
                 return found
             # A formula that helps some may stand for a mistake in a helper that spoils more.
             if found and (best is None or found.helps > best.helps):
                 best = found
-        return best or (self._two(better) if deep else None)
+        return best
 
-    def _one_after_the_other(self, deep, better):
+    def _one_after_the_other(self, deep):
         """Yield what each kind of search finds, the fastest first; None where it finds nothing."""
-        steps = self.tried.steps
-        yield self._likely(steps, better)
-        yield self._written(steps, deep=deep or bool(self.others))
+        yield self._likely()
+        if self._is_slow():
+            return
+        yield self._written(deep=deep or bool(self.others))
         for wave in range(LIKELY, WAVES) if deep or self.others else ():
-            yield self._single(replace(self.tried, wave=wave), better)
+            yield self._single(replace(self.tried, wave=wave))
 
     def _helps_all(self, mend):
         """Return whether all other wrong functions that call the same helpers become right."""
         return mend.helps == len(self.others)
 
-    def lead(self) -> Lead | None:
-        """Return a formula that is right but for its sign in some calls, or else the last one that
-        makes the function right with another value: one number for two or more of the answer.
-        """
-        found: list[tuple[Needs, dict]] = []
-        for rows in dict.fromkeys((*self.asked[-1:], *self.asked[:1])):
-            every = spread(len(rows.good), MOST_NEEDED)
-            needs = Needs(self.student, replace(self.tried, steps=()), rows.part(every))
-            if needs.wrong.any():
-                found.append((needs, {need.place.number: need for need in needs.all()}))
-        if not found:
-            return None
-        needs, known = found[-1]
-        common = set.intersection(*(set(each) for _, each in found))
-        signs, leads = {*common}, {*common}
-        for own, each in found:
-            signs = {k for k in signs if each[k].is_sign and each[k].place.is_root}
-            leads = {k for k in leads if own.leads(each[k])}
-        if signs:
-            last = known[max(signs)]
-            told = f"{last.place.text} has the right size in all calls, but in some the wrong sign"
-            return Lead("the sign of a root or an angle is lost", last.place.line, told)
-        if not leads:
-            return None
-        needed = [known[number] for number in leads]
-        inside = [need for need in needed if need.place.function == self.function]
-        last = max(inside or needed, key=lambda need: (need.place.line, len(need.place.text)))
-        off = np.abs(last.wanted - last.old)
-        row, number = np.unravel_index(np.argmax(off), off.shape)
-        call = call_text(needs.rows.exercise, needs.rows.columns, int(row))
-        old, wanted = last.old[row, number], last.wanted[row, number]
-        told = (
-            f"{last.place.text} is {old:.6g}, but {wanted:.6g} is needed, in {call}; what is"
-            " computed from it is right"
-        )
-        return Lead("", last.place.line, told)
+    def named(self, mend: Mend) -> Mend:
+        """Return the mend with what its changes are called."""
+        rows = max(self.asked, key=lambda rows: (not rows.constants, len(rows.wrong)))
+        rows = rows.part(rows.wrong) if len(rows.wrong) else rows
+        names = named(self.student, self.tried, mend.step[1], mend.changes, rows)
+        return replace(mend, names=names)
 
-    def _likely(self, steps, better):
-        """Return a likely change after these steps, best one that helps other functions too."""
+    def _likely(self):
+        """Return a likely change, best one that helps other functions too."""
         found = None
         for wave in range(LIKELY):
-            now = self._single(replace(self.tried, steps=steps, wave=wave), better)
+            now = self._single(replace(self.tried, wave=wave))
             if now and self._helps_all(now):
                 return now
             found = found or now
         return found
 
-    def _two(self, better):
-        """Return the first two changes: one that makes more numbers right, and another one."""
-        better.sort(key=lambda one: -one[0])
-        firsts = [step for _, step in better[:MOST_FIRST]]
-        before = self.tried.steps
-        for step in firsts:
-            steps = *before, step
-            if self._wrong_rows(steps) and (found := self._written(steps, deep=False)):
-                return found
-        for step in firsts:
-            if found := self._likely((*before, step), []):
-                return found
-        return None
-
-    def _single(self, tried, better):
-        """Return the first change of a wave that makes all right; better: those that make more
-        numbers right and none wrong are added.
-        """
+    def _single(self, tried):
+        """Return the first change of a wave that makes all right."""
         if (few := self._wrong_rows(tried.steps)) is None:
             return None
+        fastest, seconds = self._fastest(few)
         before = self._right(few, tried, [[]])[0]
         every = [[k] for k in range(self.student.changes_count)]
-        right = self._right(few.part([0]), tried, every)[:, 0]
-        more = (right >= before[0]).all(axis=1) & (right > before[0]).any(axis=1)
-        candidates = [[k] for k in np.flatnonzero(more).tolist()]
-        now = self._right(few, tried, candidates)
-        whole = [k for k, good in zip(candidates, now) if good.all()]
-        sure = []
-        for numbers in whole[:MOST_SURE]:
-            if found := self._sure(tried, numbers):
-                sure.append(found)
-                if not self.others:
-                    break
-        if sure:
-            return max(sure, key=lambda mend: mend.helps)
-        for numbers, good in zip(candidates, now):
-            if (good >= before).all():
-                better.append((int(good.sum()), (tried.wave, numbers[0])))
-        return None
+        sure: list[Mend] = []
+        for some in batches(every, max(LEAST_AT_ONCE, int(AT_A_TIME / seconds))):
+            right = self._right(few.part([fastest]), tried, some)[:, 0]
+            more = right >= before[fastest]
+            more = more.all(axis=1) & (right > before[fastest]).any(axis=1)
+            candidates = [some[k] for k in np.flatnonzero(more)]
+            now = self._right(few, tried, candidates)
+            for numbers, good in zip(candidates, now):
+                if good.all() and len(sure) < MOST_SURE and (found := self._sure(tried, numbers)):
+                    sure.append(found)
+                    if not self.others:
+                        return found
+        return max(sure, key=lambda mend: mend.helps, default=None)
 
-    def _written(self, steps, deep):
+    def _is_slow(self):
+        """Return whether a call takes so long that thousands of them take too long: as many as
+        values are looked for with.
+        """
+        few = self._wrong_rows(self.tried.steps)
+        return few is not None and self._fastest(few)[1] > SLOW
+
+    def _fastest(self, rows):
+        """Return the row of the fastest call of the function as it is, and its seconds."""
+        plain = replace(self.tried, wave=None)
+        seconds = []
+        for row in range(len(rows.good)):
+            # Of processor time, as a busy machine makes no function slow.
+            start = time.process_time()
+            replies = self._replies(rows.part([row]), plain, [[]] * TIMED)
+            used = time.process_time() - start + sum(reply.seconds for reply in replies)
+            seconds.append(used / TIMED)
+        row = int(np.argmin(seconds))
+        return row, seconds[row]
+
+    def _written(self, deep):
         """Return the formulas, written where other values are needed, that make all right; deep:
         whether long ones are looked for.
         """
-        needs, known = self._needs(steps)
-        found = [*needs.named(), *_found(known, short_formulas)]
-        mend = self._surest(found, needs, steps)
+        needs, known = self._needs()
+        found = _found(known, short_formulas)
+        mend = self._surest(found, needs)
         if mend or not deep:
             return mend
-        found += _found(known, long_formulas)
-        return self._surest(found, needs, steps)
+        return self._surest(found + _found(known, long_formulas), needs)
 
-    def _surest(self, found, needs, steps):
+    def _surest(self, found, needs):
         """Return the mend of the shortest of these formulas that makes all right; first of all one
         in a helper with which other functions become right, too.
         """
         different = {(place.number, *written): (place, *written) for place, *written in found}
         found = sorted(different.values(), key=_size)
         helpers = [one for one in found if one[0].function != self.function]
-        mends = self._sure_ones(helpers, needs, steps) if self.others else ()
+        mends = self._sure_ones(helpers, needs) if self.others else ()
         few = islice(mends, MOST_COMPARED)
         best = max(few, key=lambda mend: (mend.helps, -len(mend.changes)), default=None)
         if best and best.helps:
             return best
-        return next(self._sure_ones(found, needs, steps), None)
+        return next(self._sure_ones(found, needs), None)
 
-    def _sure_ones(self, found, needs, steps):
-        left = MOST_CHANGES - len(steps) + len(self.tried.steps)
-        for written in _together(found, needs.wrong, left):
-            tried = replace(self.tried, wave=None, steps=(*steps, written))
+    def _sure_ones(self, found, needs):
+        for written in _together(found, needs.wrong):
+            tried = replace(self.tried, wave=None, steps=(*self.tried.steps, written))
             if mend := self._sure(tried, []):
                 yield mend
 
-    def _needs(self, steps):
-        """Return what is needed after these steps, and places with what stands beside them."""
-        rows = self._wrong_rows(steps, reversed(self.asked), MOST_NEEDED)
-        needs = Needs(self.student, replace(self.tried, steps=steps), rows)
+    def _needs(self):
+        """Return what is needed, and places with what stands beside them."""
+        rows = self._wrong_rows(self.tried.steps, reversed(self.asked), MOST_NEEDED)
+        needs = Needs(self.student, self.tried, rows)
         known = [(need.place, needs.values(need)) for need in needs.all()]
         known = [pair for pair in known if pair[1] is not None]
         return needs, [*known, *needs.in_part()]
@@ -402,24 +333,24 @@ class _Search:
         return None
 
     def _came(self, rows, tried):
-        plain = rows_from(rows.columns)
-        asked = replace(tried, numbers=[[] for _ in plain])
-        replies = self.student.ask(rows.exercise.name, plain, rows.constants, tried=asked)
-        return numbers_of(rows.exercise, replies)
+        return numbers_of(rows.exercise, self._replies(rows, tried, [[]]))
 
     def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:
         """Return which numbers are right with each of these changes: (changes, rows, numbers)."""
-        plain, right = rows_from(rows.columns), []
-        for some in batches(changes, max(1, AT_ONCE // len(plain))):
-            numbers = [each for each in some for _ in plain]
-            asked = replace(tried, numbers=numbers)
-            replies = self.student.ask(
-                rows.exercise.name, plain * len(some), rows.constants, tried=asked
-            )
+        count, right = len(rows.good), []
+        for some in batches(changes, max(1, AT_ONCE // count)):
+            replies = self._replies(rows, tried, some)
             good = numbers_right(rows.exercise, rows.robot, rows.columns, replies, rows.tolerance)
-            right.append(good.reshape(len(some), len(plain), -1))
-        count = len(rows.exercise.is_angle())
-        return np.concatenate(right) if right else np.ones((0, len(plain), count), bool)
+            right.append(good.reshape(len(some), count, -1))
+        none = np.ones((0, count, len(rows.exercise.is_angle())), bool)
+        return np.concatenate(right) if right else none
+
+    def _replies(self, rows, tried, changes):
+        """Return the replies to all rows with each of these changes."""
+        plain = rows_from(rows.columns)
+        asked = tried and replace(tried, numbers=[each for each in changes for _ in plain])
+        name, every = rows.exercise.name, plain * len(changes)
+        return self.student.ask(name, every, rows.constants, tried=asked)
 
 
 def _found(known, formulas):
@@ -438,6 +369,9 @@ def _size(found):
     # What a name is worth is better said where it gets its value, and an argument in the call.
     if place.text.isidentifier():
         long += UNLIKELY if kind in ("a formula", "a number") else kind != "a variable"
+    # Nobody forgets a term of pi, or a factor of 2.
+    if not set(_NAME.findall(place.text)) - PLAIN_NUMBERS:
+        long += UNLIKELY * (kind != "a number")
     long += 2 * place.is_argument
     # With bars of one length an angle may well be twice another one, but nobody forgets that.
     if place.turns and kind == "a factor":
@@ -448,16 +382,16 @@ def _size(found):
     return long, -place.moved.sum(), len(place.text)
 
 
-def _together(found, wrong, most):
-    """Yield formulas to be written together so that all numbers that are wrong are covered; most:
-    of them, 1 or 2.
+def _together(found, wrong):
+    """Yield formulas to be written, one or two in places apart, so that all numbers that are wrong
+    are covered.
     """
     for count, (place, *one) in enumerate(found[:MOST_SURE]):
         left, first = wrong & ~place.moved, (place.number, *one)
         if not left.any():
             yield (first,)
             continue
-        for other, *more in found[count + 1 :] if most > 1 else ():
+        for other, *more in found[count + 1 :]:
             apart = not (other.moved & place.moved & wrong).any()
             if apart and other.moved[left].all():
                 yield first, (other.number, *more)
@@ -471,15 +405,14 @@ def _answerable(rows, questions):
     asked = [rows]
     if not rows.constants:
         for longer in (False, True):
-            robot, constants = questions.with_others(longer)
+            robot, constants = questions.with_others(longer, rows.robot)
             moved = moving(rows, robot) if longer else rows
             asked.append(replace(moved, robot=robot, constants=constants))
     for each in asked:
         with np.errstate(all="ignore"):
             right = each.exercise.outcome(each.exercise.answer, each.robot, each.columns)
         places = np.flatnonzero(np.isfinite(right).all(axis=1) & ~each.refuse)
-        if len(places):
-            yield each.part(places)
+        yield each.part(places)
 
 
 def moving(rows: AskedRows, robot: Robot) -> AskedRows:
