@@ -101,6 +101,7 @@ def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
     places = {"base": words.base, "pivots": words.pivots, "pivot": words.pivots}
     places["inertias"] = " and ".join(words.inertias)
     for name in names:
+        places["rate"] = "acceleration" if name == "dkm2_passive" else "rate"
         wrong = []
         for slip in SLIPS:
             for title, steps in slip.variants() if slip.robots in known else ():

@@ -18,6 +18,7 @@ from ..judging.questions import AskedRows, rows_from
 from ..worker.student import Tried
 from ..worker.wire import Change
 from .derivation import Derivation, turned
+from .slips import ATAN, UNITS
 
 ALL = -1  # in place of a place's number: all are told
 ROWS = 6  # in which values are compared
@@ -77,7 +78,6 @@ QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
     "the absolute angle of the {leg}distal bar": "absolute",
     "the {leg}passive joint": "relative",
 }
-UNITS = "Write the unit of each term beside it: all terms of a sum have the same."
 SIGNS = "Go through the signs of your formula: which terms add, and which subtract?"
 TERMS = "Derive the formula once more on paper: how many terms does it have?"
 NAMES = "Read each name in your formula: which leg, which bar, which derivative is it?"
@@ -85,7 +85,6 @@ MATRICES = "Solve the equation for what you look for: which matrix is on the oth
 ORDER = "In which order are these wanted?"
 SHAPES = "Write the shapes and the meaning of rows and columns beside each matrix."
 PRODUCTS = "What does * do with two arrays, and what does @ do?"
-ATAN = "Some of your angles are off by half a turn. What does y / x forget?"
 ANGLE = "Draw the angle: which side of the triangle is the cosine, which the sine?"
 ARC = "An arc has no sign of its own. Which two numbers tell atan2 the quadrant?"
 DRAWN = "Draw the vector: which way does it point, and which way should it?"

@@ -11,22 +11,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .derivation import Step, dot, product, right, turned
+from .derivation import Step, dot, inverse, product, right, solved, turned
 
 BOTH, FIVE_BAR, BIGLIDE = "both", "five-bar", "biglide"
 ORIGIN = "Write down the x of both {base}s. Where is the origin of the frame?"
 LENGTH = "This robot has bars of several lengths. Which of them is it here?"
+UNITS = "Write the unit of each term beside it: all terms of a sum have the same."
 SIDES = "Which lengths does your function read when it computes the other leg?"
 MODE = "Does your answer change with the assembly mode?"
 GAMMA = "gamma1 belongs to the left leg, gamma2 to the right one. Change one alone: what changes?"
-UNIT = "A direction times h has length h only if the direction has length 1."
 ATAN = "Some of your angles are off by half a turn. What does y / x forget?"
 TURN = "The distal bar's direction is q11 + q12. Solve that for q12."
 ROW = "Each scalar product with xi' is one row of A xi' = B q'."
 SOLVE = "Solve A xi' = B q' for what you look for: which matrix is on the other side?"
-SOLVE_2 = "A xi'' = B q'' + d: solve it for what you look for."
 SPEED = "Let the motors run at constant speed: is the end-effector's acceleration 0?"
-SIGN = "The derivative of v is minus the rate times u. Which signs do the two terms get?"
 RATE = "How fast does the distal bar turn against the fixed frame?"
 AWAY = "The end moves with the {pivots} and turns about it. Did you take that share away?"
 ROOT = "Can the bars really meet there? Measure them in the pose that you return."
@@ -73,6 +71,14 @@ def _joined(wrong, good, leg):
     return np.where(own if good.ndim < 3 else own[:, None], wrong, good)
 
 
+def _c_with_J(s):
+    return s.robot.m * product(s.J, solved(s.A, s.d))
+
+
+def _inertia(s):
+    return np.trace(right("Z", s))
+
+
 def _leg_bar(s):
     return s.proximal if s.turns else s.distal
 
@@ -84,6 +90,10 @@ def _lengths(**names):
         return replace(s.robot, **{new: getattr(s.robot, old) for new, old in names.items()})
 
     return {"robot": robot}
+
+
+def _arctan(z):
+    return np.arctan(z.imag / z.real)
 
 
 def _base(factor):
@@ -102,13 +112,34 @@ SLIPS = (
         POWER,
         {"c": lambda s: s.robot.m * product(turned(s.J), product(s.J, s.d))},
     ),
+    Slip("c without J^T", POWER, {"c": lambda s: s.robot.m * solved(s.A, s.d)}),
+    Slip("c with J instead of its transpose", POWER, {"c": _c_with_J}),
+    Slip(
+        "J J^T instead of J^T J in M", ENERGY, {"M": lambda s: s.Z + s.robot.m * s.J @ turned(s.J)}
+    ),
+    Slip(
+        "J instead of its transpose",
+        ENERGY,
+        {"M": lambda s: s.Z + s.robot.m * s.J @ s.J, "c": _c_with_J},
+    ),
     Slip("c without A^-1", POWER, {"c": lambda s: s.robot.m * product(turned(s.J), s.d)}),
     Slip("mass forgotten in M", ENERGY, {"M": lambda s: s.Z + turned(s.J) @ s.J}),
     Slip("mass forgotten in c", POWER, {"c": lambda s: right("c", s) / s.robot.m}),
     Slip("{inertias} forgotten in M", ENERGY, {"Z": lambda s: 0 * right("Z", s)}),
+    Slip("both inertias on each drive", ENERGY, {"Z": lambda s: _inertia(s) * np.eye(2)}),
+    Slip("both inertias added in all of M", ENERGY, {"Z": lambda s: _inertia(s) * np.ones((2, 2))}),
+    Slip(
+        "feet's masses moved with the end-effector",
+        "Which of these masses move along x, too?",
+        {
+            "robot": lambda s: replace(s.robot, m=s.robot.m + _inertia(s)),
+            "Z": lambda s: 0 * right("Z", s),
+        },
+        robots=BIGLIDE,
+    ),
     # passive rates and accelerations
     Slip(
-        "absolute rate or acceleration instead of relative",
+        "absolute {rate} instead of relative",
         RATE,
         {"own_turning": lambda s: 0 * s.turning},
         legs=True,
@@ -182,10 +213,7 @@ SLIPS = (
     Slip(
         "atan for atan2",
         ATAN,
-        {
-            "read_active": lambda s: lambda z: np.arctan(z.imag / z.real),
-            "read_bar": lambda s: lambda z: np.arctan(z.imag / z.real),
-        },
+        {"read_active": lambda s: _arctan, "read_bar": lambda s: _arctan},
         legs=True,
     ),
     Slip(
@@ -231,7 +259,29 @@ SLIPS = (
         legs=True,
         robots=FIVE_BAR,
     ),
+    Slip(
+        "atan for atan2 on the line to the end-effector",
+        ATAN,
+        {"reach": lambda s: (np.abs(right("reach", s)) * np.exp(1j * _arctan(right("reach", s))))},
+        robots=FIVE_BAR,
+    ),
+    Slip(
+        "length of the proximal bar forgotten",
+        UNITS,
+        {"crank": lambda s: np.exp(1j * s.q)},
+        robots=FIVE_BAR,
+    ),
     # A, B and J
+    Slip(
+        "A and B exchanged",
+        SOLVE,
+        {"J": lambda s: right("J_inverse", s), "J_inverse": lambda s: right("J", s)},
+    ),
+    Slip(
+        "matrices in the wrong order",
+        SOLVE,
+        {"J": lambda s: s.B @ inverse(s.A), "J_inverse": lambda s: s.A @ inverse(s.B)},
+    ),
     Slip(
         "passive angles taken as absolute",
         "Which angle does the distal bar make with the x axis? q12 is measured from the other bar.",
@@ -345,9 +395,10 @@ SLIPS = (
         _lengths(l12="l11", l21="l11", l22="l11"),
         robots=FIVE_BAR,
     ),
+    Slip("l12 for l22", LENGTH, _lengths(l22="l12"), robots=FIVE_BAR),
     Slip("l11 for l12 and l21 for l22", LENGTH, _lengths(l12="l11", l22="l21"), robots=FIVE_BAR),
     Slip(
-        "masses of the feet and of the end-effector exchanged",
+        "masses of feet and end-effector exchanged",
         ENERGY,
         _lengths(mf1="m", mf2="m", m="mf1"),
         robots=BIGLIDE,
