@@ -231,7 +231,8 @@ class Quantities:
             if np.iscomplexobj(value):
                 value = np.stack([value.real, value.imag], axis=-1)
             name = re.sub(r"\b(base|pivot)(?=s?\b)", lambda m: places[m[0]], name)
-            self.named += _with_parts(name, value)
+            parts = _with_parts(name, value)
+            self.named += [(text, one) for text, one in parts if _tells(one)]
         self.plain = [(name, np.asarray(column, float)[:, None]) for name, column in given.items()]
         self.lengths_and_masses = [
             (name, np.full((count, 1), value))
@@ -273,8 +274,13 @@ def _with_parts(name, value):
             yield name.format(leg=side), number[:, None]
 
 
+def _tells(values):
+    """Return whether values are no plain numbers that many other things are, too."""
+    return values.shape[1] > 2 or bool(np.ptp(values, axis=0).any())
+
+
 def _alike(a, b):
-    """Return whether two arrays are the same in all rows, and no constant that many things are."""
+    """Return whether two arrays are the same in all rows."""
     if a.shape != b.shape or not np.isfinite(a).all() or not np.isfinite(b).all():
         return False
     scale = np.abs(b).max()

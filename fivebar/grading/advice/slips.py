@@ -24,6 +24,7 @@ ATAN = "Some of your angles are off by half a turn. What does y / x forget?"
 TURN = "The distal bar's direction is q11 + q12. Solve that for q12."
 ROW = "Each scalar product with xi' is one row of A xi' = B q'."
 SOLVE = "Solve A xi' = B q' for what you look for: which matrix is on the other side?"
+SOLVE_2 = "A xi'' = B q'' + d: solve it for what you look for."
 SPEED = "Let the motors run at constant speed: is the end-effector's acceleration 0?"
 RATE = "How fast does the distal bar turn against the fixed frame?"
 AWAY = "The end moves with the {pivots} and turns about it. Did you take that share away?"
@@ -153,6 +154,22 @@ SLIPS = (
         robots=FIVE_BAR,
     ),
     Slip("share of the {pivots} forgotten", AWAY, {"of_pivot": lambda s: 0 * s.of_tip}, legs=True),
+    Slip(
+        "centripetal term missing",
+        "The {pivots} turn about their {base}s. What do they do at constant speed?",
+        {"pull": lambda s: 0 * right("pull", s)},
+        robots=FIVE_BAR,
+    ),
+    Slip(
+        "d not multiplied by the inverse of A",
+        SOLVE_2,
+        {"xi_ddot_found": lambda s: product(s.J, s.accelerations) + s.d},
+    ),
+    Slip(
+        "d not divided by B",
+        SOLVE_2,
+        {"accelerations_found": lambda s: product(s.J_inverse, s.xi_ddot) - s.d},
+    ),
     # geometry
     Slip(
         "root of an absolute value",
