@@ -11,7 +11,7 @@ import numpy as np
 
 from ..judging.questions import AskedRows
 from ..judging.results import Check, checked
-from ..judging.with_right_ones import builds_on
+from ..judging.with_right_ones import Budget, builds_on
 from ..labs import Lab
 from ..report.text import not_started
 from .search import MOST_FUNCTIONS, Mend, find_mend
@@ -19,6 +19,8 @@ from .search import MOST_FUNCTIONS, Mend, find_mend
 if TYPE_CHECKING:
     from ..plugin import Checks
 
+MOST_SECONDS = 12.0  # of processor time, of the changes that are tried in a file
+SHARE = 0.7  # of what is left, for one function
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
@@ -46,6 +48,8 @@ class Advice:
             for rows in ask.rows_asked:
                 self._asked.setdefault(rows.exercise.name, []).append(rows)
         self._mends: list[Mend] = []
+        self._seconds = MOST_SECONDS
+        self._cut: list[str] = []  # functions of which not all was tried
         self._in_vain: dict[str, list[Mend]] = {}  # function -> changes found before the search
 
     def tell(self) -> None:
@@ -68,6 +72,12 @@ class Advice:
             unnamed = [k for k in self._places(function) if not is_named(self._checks.found[k])]
             if unnamed and self._mends_of_helpers(function) != before:
                 self._search(function, self._mistakes(function))
+        if self._cut:
+            names = " and ".join(dict.fromkeys(self._cut))
+            self._checks.notes.append(
+                f"What is wrong in {names} was not searched to the end: a file has"
+                f" {MOST_SECONDS:g} s of computing for that."
+            )
 
     def _wrong(self):
         return {check.function for check in self._checks.found if check.share < 1}
@@ -91,11 +101,18 @@ class Advice:
         deep = not named and len(self._in_vain.keys() - {function}) < MOST_IN_VAIN
         before = self._mends_of_helpers(function)
         for asked in self._askings(function):
-            mend = find_mend(self._program, self._lab, function, asked, self._wrong(), deep, before)
+            budget = Budget(SHARE * self._seconds)
+            self._seconds -= budget.left
+            mend = find_mend(
+                self._program, self._lab, function, asked, self._wrong(), deep, before, budget
+            )
+            self._seconds += max(budget.left, 0)
             if mend is not None:
                 self._mends.append(mend)
                 self._tell(mend, function, self._judge_with(mend))
                 return
+            if budget.left < 0:
+                self._cut.append(function)
         if deep:
             self._in_vain[function] = before
 

@@ -21,11 +21,12 @@ class Derivation:
     """The quantities of a batch of questions, each computed when it is first asked for.
 
     given: an argument's name -> its column (n,); steps: name -> another step in place of the right
-    one.
+    one. used: the names of those computed so far.
     """
 
     def __init__(self, robot: Robot, given: Mapping[str, Array], steps: Mapping[str, Step]):
         self.robot: Any = robot
+        self.used = {"robot"}
         self._given, self._steps = given, steps
         if "robot" in steps:
             self.robot = steps["robot"](self)
@@ -38,6 +39,7 @@ class Derivation:
     def __getattr__(self, name: str) -> Any:
         if name not in STEPS:
             raise AttributeError(name)
+        self.used.add(name)
         value = self._steps.get(name, STEPS[name])(self)
         self.__dict__[name] = value
         return value
@@ -45,6 +47,7 @@ class Derivation:
     def with_right(self, *kept: str) -> Derivation:
         """Return the derivation of another function, which is right but for these steps."""
         steps = {name: step for name, step in self._steps.items() if name in kept}
+        self.used |= {*kept}
         return Derivation(self.robot, self._given, steps)
 
     def pair(self, left: str, right: str) -> Array:

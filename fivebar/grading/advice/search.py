@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -16,7 +17,15 @@ from ...models.robots import Robot
 from ..intake.program import Program
 from ..judging.judge import numbers_of, numbers_right
 from ..judging.questions import AskedRows, Questions, rows_from
-from ..judging.with_right_ones import Helped, builds_on, reached, spread, with_right_called
+from ..judging.with_right_ones import (
+    Budget,
+    BudgetSpentError,
+    Helped,
+    builds_on,
+    reached,
+    spread,
+    with_right_called,
+)
 from ..labs import Lab
 from ..ten_models import TEN, columns_of, motions
 from ..worker.student import Tried
@@ -81,6 +90,11 @@ class Mend:
         return "; and ".join(told) + also
 
     @property
+    def worth(self) -> tuple[int, int]:
+        """What makes one better than another: more functions are right with fewer changes."""
+        return self.helps, -len(self.changes)
+
+    @property
     def inside(self) -> set[str]:
         """The functions that are changed."""
         return {change.function for change in self.changes}
@@ -105,24 +119,30 @@ def find_mend(
     asked: dict[str, list[AskedRows]],
     wrong: set[str],
     deep: bool,
-    before: Sequence[Mend] = (),
+    before: Sequence[Mend],
+    budget: Budget,
 ) -> Mend | None:
     """Return the changes that make a function right, None where none are found.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
     unlikely changes, and two at once, are tried as well; before: what was found for other
-    functions in helpers that this one may call, too, the last one first.
+    functions in helpers that this one may call, too, the last one first; budget: of all that is
+    tried, after which what was found until then is returned.
     """
     with with_right_called(program, lab, function, wrong) as other:
         search = _Search(other, lab, function, asked[function])
-        begun = any(search.begin_after(mend, False) for mend in before)
-        for name in asked.keys() - {function}:
-            search.keep(name, asked[name])
-        found = search.mend(deep)
-        if found is None and before and not begun and search.begin_after(before[0], True):
-            found = search.mend(deep)
-        return found and search.named(found)
+        search.student.budget = budget
+        with suppress(BudgetSpentError):
+            begun = any(search.begin_after(mend, False) for mend in before)
+            for name in asked.keys() - {function}:
+                search.keep(name, asked[name])
+            search.look(deep)
+            first = search.best is None and before and not begun
+            if first and search.begin_after(before[0], True):
+                search.look(deep)
+        search.student.budget = None
+        return search.best and search.named(search.best)
 
 
 class _Search:
@@ -146,6 +166,7 @@ class _Search:
         self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
         self.before: Mend | None = None
+        self.best: Mend | None = None  # of the changes that make all right
 
     def begin_after(self, mend: Mend, unseen: bool) -> bool:
         """Look for what is left after changes of a helper, if they spoil nothing here and change
@@ -181,31 +202,26 @@ class _Search:
             else:
                 self.kept.append((name, rows.part(answered)))
 
-    def mend(self, deep: bool) -> Mend | None:
-        """Return the first change after which all rows are right."""
+    def look(self, deep: bool) -> None:
+        """Look for the first change after which all rows are right, and as many other functions as
+        can be: it is the best one.
+        """
         if self._wrong_rows(self.tried.steps) is None:
-            return None
-        best = None
-        for found in self._one_after_the_other(deep):
-            if found and self._helps_all(found):
-                return found
-            # A formula that helps some may stand for a mistake in a helper that spoils more.
-            if found and (best is None or found.helps > best.helps):
-                best = found
-        return best
-
-    def _one_after_the_other(self, deep):
-        """Yield what each kind of search finds, the fastest first; None where it finds nothing."""
-        yield self._likely()
-        if self._is_slow():
             return
-        yield self._written(deep=deep or bool(self.others))
+        self._likely()
+        # A formula that helps some may stand for a mistake in a helper that spoils more.
+        if self._is_found() or self._is_slow():
+            return
+        self._written(deep=deep or bool(self.others))
         for wave in range(LIKELY, WAVES) if deep or self.others else ():
-            yield self._single(replace(self.tried, wave=wave))
+            if not self._is_found():
+                self._single(replace(self.tried, wave=wave))
 
-    def _helps_all(self, mend):
-        """Return whether all other wrong functions that call the same helpers become right."""
-        return mend.helps == len(self.others)
+    def _is_found(self):
+        """Return whether all other wrong functions that call the same helpers become right with
+        the best change, too.
+        """
+        return self.best is not None and self.best.helps == len(self.others)
 
     def named(self, mend: Mend) -> Mend:
         """Return the mend with what its changes are called."""
@@ -215,23 +231,19 @@ class _Search:
         return replace(mend, names=names)
 
     def _likely(self):
-        """Return a likely change, best one that helps other functions too."""
-        found = None
+        """Look for a likely change, best one that helps other functions, too."""
         for wave in range(LIKELY):
-            now = self._single(replace(self.tried, wave=wave))
-            if now and self._helps_all(now):
-                return now
-            found = found or now
-        return found
+            if not self._is_found():
+                self._single(replace(self.tried, wave=wave))
 
     def _single(self, tried):
-        """Return the first change of a wave that makes all right."""
+        """Look for changes of a wave that make all right."""
         if (few := self._wrong_rows(tried.steps)) is None:
-            return None
+            return
         fastest, seconds = self._fastest(few)
         before = self._right(few, tried, [[]])[0]
         every = [[k] for k in range(self.student.changes_count)]
-        sure: list[Mend] = []
+        count = 0
         for some in batches(every, max(LEAST_AT_ONCE, int(AT_A_TIME / seconds))):
             right = self._right(few.part([fastest]), tried, some)[:, 0]
             more = right >= before[fastest]
@@ -239,11 +251,11 @@ class _Search:
             candidates = [some[k] for k in np.flatnonzero(more)]
             now = self._right(few, tried, candidates)
             for numbers, good in zip(candidates, now):
-                if good.all() and len(sure) < MOST_SURE and (found := self._sure(tried, numbers)):
-                    sure.append(found)
+                if good.all() and count < MOST_SURE and (mend := self._sure(tried, numbers)):
+                    count += 1
+                    self._take(mend)
                     if not self.others:
-                        return found
-        return max(sure, key=lambda mend: mend.helps, default=None)
+                        return
 
     def _is_slow(self):
         """Return whether a call takes so long that thousands of them take too long: as many as
@@ -266,29 +278,27 @@ class _Search:
         return row, seconds[row]
 
     def _written(self, deep):
-        """Return the formulas, written where other values are needed, that make all right; deep:
+        """Look for formulas, written where other values are needed, that make all right; deep:
         whether long ones are looked for.
         """
         needs, known = self._needs()
         found = _found(known, short_formulas)
-        mend = self._surest(found, needs)
-        if mend or not deep:
-            return mend
-        return self._surest(found + _found(known, long_formulas), needs)
+        if not self._surest(found, needs) and deep:
+            self._surest(found + _found(known, long_formulas), needs)
 
     def _surest(self, found, needs):
-        """Return the mend of the shortest of these formulas that makes all right; first of all one
-        in a helper with which other functions become right, too.
+        """Return whether one of these formulas makes all right: the shortest is the best one, and
+        first of all one in a helper with which other functions become right, too.
         """
         different = {(place.number, *written): (place, *written) for place, *written in found}
         found = sorted(different.values(), key=_size)
         helpers = [one for one in found if one[0].function != self.function]
         mends = self._sure_ones(helpers, needs) if self.others else ()
-        few = islice(mends, MOST_COMPARED)
-        best = max(few, key=lambda mend: (mend.helps, -len(mend.changes)), default=None)
-        if best and best.helps:
-            return best
-        return next(self._sure_ones(found, needs), None)
+        helpful = [mend for mend in islice(mends, MOST_COMPARED) if mend.helps]
+        good = helpful or [*islice(self._sure_ones(found, needs), 1)]
+        for mend in good:
+            self._take(mend)
+        return bool(good)
 
     def _sure_ones(self, found, needs):
         for written in _together(found, needs.wrong):
@@ -318,10 +328,16 @@ class _Search:
         if not all(self._right(rows, tried, [numbers]).all() for rows in kept):
             return None
         helps = 0
-        for asked in self.others.values() if inside - {self.function} else ():
-            helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
+        for name, asked in self.others.items():
+            if builds_on(outline, name, inside):
+                helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
         made = replace(tried, numbers=[numbers])
         return Mend(tuple(changes), self.function, made, helps, self.before)
+
+    def _take(self, mend):
+        """Let a mend be the best one, if it is better than what was found before."""
+        if self.best is None or mend.worth > self.best.worth:
+            self.best = mend
 
     def _wrong_rows(self, steps, asked=None, most=FEW):
         """Return a few rows that have wrong answers after these steps, None where none has."""

@@ -420,6 +420,5 @@ SLIPS = (
         _lengths(mf1="m", mf2="m", m="mf1"),
         robots=BIGLIDE,
     ),
-    Slip("bars exchanged", LENGTH, _lengths(l1="l2", l2="l1"), robots=BIGLIDE),
     Slip("l1 for both bars", LENGTH, _lengths(l2="l1"), robots=BIGLIDE),
 )
