@@ -147,6 +147,7 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
         "a wrong condition",
         "Go through your conditions: which case do they choose, and when?",
     ),
+    ("a direction", r"^.-(.+), -(.+). => .\1, \2.$", "a vector of the wrong sign", DRAWN),
     ("a direction", "", "a turn missing or the wrong way", DRAWN),
     (
         "a line unlike the other leg's",

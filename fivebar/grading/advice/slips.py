@@ -93,6 +93,11 @@ def _lengths(**names):
     return {"robot": robot}
 
 
+def _as_one_body(s):
+    bars = s.proximal[0] * s.v1[:, 0] + s.distal[0] * s.v2[:, 0]
+    return s.rates[:, :1] * bars
+
+
 def _arctan(z):
     return np.arctan(z.imag / z.real)
 
@@ -154,6 +159,18 @@ SLIPS = (
         robots=FIVE_BAR,
     ),
     Slip("share of the {pivots} forgotten", AWAY, {"of_pivot": lambda s: 0 * s.of_tip}, legs=True),
+    Slip(
+        "u instead of v for the distal bar",
+        "Multiply with what is perpendicular to what shall disappear.",
+        {"v2": lambda s: s.u2},
+        legs=True,
+    ),
+    Slip(
+        "passive joints taken as locked",
+        "Let one motor turn alone: does the leg move as one body?",
+        {"xi_dot_found": _as_one_body},
+        robots=FIVE_BAR,
+    ),
     Slip(
         "centripetal term missing",
         "The {pivots} turn about their {base}s. What do they do at constant speed?",
@@ -324,6 +341,7 @@ SLIPS = (
         {"A": lambda s: s.u2[..., ::-1]},
         legs=True,
     ),
+    Slip("legs exchanged in A", ROW, {"A": lambda s: s.u2[:, ::-1]}),
     Slip("A transposed", ROW, {"A": lambda s: turned(s.u2)}),
     Slip(
         "proximal bars instead of distal bars in A",
