@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..plugin import Checks
 
 MOST_SECONDS = 12.0  # of processor time, of the changes that are tried in a file
-SHARE = 0.7  # of what is left, for one function
+SHARE, NAMED = 0.7, 0.2  # of what is left, for one function; for one of which a name is known
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
@@ -101,7 +101,7 @@ class Advice:
         deep = not named and len(self._in_vain.keys() - {function}) < MOST_IN_VAIN
         before = self._mends_of_helpers(function)
         for asked in self._askings(function):
-            budget = Budget(SHARE * self._seconds)
+            budget = Budget((NAMED if named else SHARE) * self._seconds)
             self._seconds -= budget.left
             mend = find_mend(
                 self._program, self._lab, function, asked, self._wrong(), deep, before, budget
@@ -111,7 +111,7 @@ class Advice:
                 self._mends.append(mend)
                 self._tell(mend, function, self._judge_with(mend))
                 return
-            if budget.left < 0:
+            if budget.left < 0 and not named:
                 self._cut.append(function)
         if deep:
             self._in_vain[function] = before

@@ -210,6 +210,11 @@ SLIPS = (
         "stops at H", "How far is your point from either of the {pivots}?", {"h": lambda s: 0 * s.a}
     ),
     Slip(
+        "distance of H along x only",
+        "How long is a vector that has an x and a y?",
+        {"a": lambda s: np.abs((right("a", s) * s.line).real / np.abs(s.line))},
+    ),
+    Slip(
         "H taken in the middle, as with equal bars",
         "Which triangle has H in the middle?",
         {"a": lambda s: np.abs(s.line) / 2},

@@ -175,17 +175,20 @@ def alternatives(place: Place) -> Alternatives:
         yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
     whole = isinstance(place.parent, ast.stmt | ast.Lambda | ast.List | ast.Tuple)
     if whole or isinstance(node, ast.Call):
-        yield from _exchanged(node, place.scope.constants)
+        yield from _exchanged(node, place.scope)
 
 
-def _exchanged(node, constants):
+def _exchanged(node, scope):
     """Yield a whole formula with sine and cosine, both legs, or two of the file's numbers in each
-    other's place.
+    other's place, or two arguments that it holds once.
     """
     text = ast.unparse(node)
-    used = sorted({*constants} & {part.id for part in ast.walk(node) if isinstance(part, ast.Name)})
+    names = [part.id for part in ast.walk(node) if isinstance(part, ast.Name)]
+    numbers = sorted({*scope.constants} & {*names})
+    once = [name for name in scope.arguments if names.count(name) == 1]
     ways = [
-        *(("a variable", _swapped(text, *pair)) for pair in combinations(used, 2)),
+        *(("a variable", _swapped(text, *pair)) for pair in combinations(numbers, 2)),
+        *(("a variable", _swapped(text, *pair)) for pair in combinations(once, 2)),
         ("a function", _swapped(text, "sin", "cos")),
         ("a variable", other_leg(text)),
         ("a variable", _swapped(text, "A", "B")),
