@@ -93,6 +93,11 @@ def _lengths(**names):
     return {"robot": robot}
 
 
+def _height_by_x(s):
+    along_x = np.abs((s.a * s.line).real / np.abs(s.line))
+    return np.sqrt(s.distal[1] ** 2 - along_x**2) * s.a / along_x
+
+
 def _as_one_body(s):
     bars = s.proximal[0] * s.v1[:, 0] + s.distal[0] * s.v2[:, 0]
     return s.rates[:, :1] * bars
@@ -212,7 +217,7 @@ SLIPS = (
     Slip(
         "distance of H along x only",
         "How long is a vector that has an x and a y?",
-        {"a": lambda s: np.abs((right("a", s) * s.line).real / np.abs(s.line))},
+        {"h": _height_by_x},
     ),
     Slip(
         "H taken in the middle, as with equal bars",
