@@ -230,10 +230,10 @@ def test_a_slip_beside_one_of_a_helper_that_is_found_later_is_told(tmp_path):
         "biglide_blocks",
         tmp_path,
         (matrix, matrix.replace("sin", "cos")),
-        (product, "np.linalg.inv(B).dot(A.dot(np.array([xDD, yDD]))) - b"),
+        (product, product.replace("yDD", "3 * yDD")),
     )
     (spot,) = {c.spot for c in found.checks if c.function == "ikm2" and c.share < 1}
-    assert f"right answers come with {product}, after the change in your compute_A_B" in spot
+    assert re.search("3.*right answers come with.*, after the change in your compute_A_B", spot)
 
 
 def test_a_name_is_not_denied_where_its_mistake_gives_right_answers():

@@ -19,8 +19,9 @@ from .search import MOST_FUNCTIONS, Mend, find_mend
 if TYPE_CHECKING:
     from ..plugin import Checks
 
-MOST_SECONDS = 12.0  # of processor time, of the changes that are tried in a file
-SHARE, NAMED = 0.7, 0.2  # of what is left, for one function; for one of which a name is known
+MOST_SECONDS = 25.0  # of processor time, of the changes that are tried in a file
+SHARE = 0.6  # of what is left, for one function
+NAMED = 0.1  # for one whose mistake has a name, where no other one can be helped
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
@@ -48,7 +49,7 @@ class Advice:
             for rows in ask.rows_asked:
                 self._asked.setdefault(rows.exercise.name, []).append(rows)
         self._mends: list[Mend] = []
-        self._seconds = MOST_SECONDS
+        self._seconds, self._alone = MOST_SECONDS, False
         self._cut: list[str] = []  # functions of which not all was tried
         self._in_vain: dict[str, list[Mend]] = {}  # function -> changes found before the search
 
@@ -59,6 +60,7 @@ class Advice:
         names = {check.function: None for check in self._checks.found if may_be_mended(check)}
         written = [name for name in names if name in self._asked]
         written.sort(key=lambda name: name not in BY_LEGS)
+        self._alone = len(written) == 1
         for function in written[:MOST_FUNCTIONS]:
             mistakes = self._mistakes(function)
             # One that builds on a function changed before may be right by now.
@@ -101,7 +103,8 @@ class Advice:
         deep = not named and len(self._in_vain.keys() - {function}) < MOST_IN_VAIN
         before = self._mends_of_helpers(function)
         for asked in self._askings(function):
-            budget = Budget((NAMED if named else SHARE) * self._seconds)
+            share = NAMED if named and self._alone else SHARE
+            budget = Budget(share * self._seconds)
             self._seconds -= budget.left
             mend = find_mend(
                 self._program, self._lab, function, asked, self._wrong(), deep, before, budget
