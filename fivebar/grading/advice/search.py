@@ -188,19 +188,18 @@ class _Search:
         """Let a right function stay right where it calls the one that is changed; a wrong one that
         calls the same helper may become right, also where it has its points in spite of the helper.
         """
-        outline = self.student.outline
-        wrong = not all((rows.good | rows.refuse).all() for rows in asked)
-        if wrong and not reached(outline, name) & reached(outline, self.function):
-            return
+        outline, parts = self.student.outline, []
         for rows in asked:
             places = np.arange(len(rows.good))[:: max(1, len(rows.good) // MOST_KEPT)]
             answered = places[~rows.refuse[places]]
-            if not len(answered):
-                continue
-            if wrong:
-                self.others.setdefault(name, []).append(rows.part(answered))
-            else:
-                self.kept.append((name, rows.part(answered)))
+            parts += [rows.part(answered)] if len(answered) else []
+        # It may have become right with the change of a helper before.
+        now = replace(self.tried, wave=None)
+        is_right = all((rows.good | rows.refuse).all() for rows in asked)
+        if is_right or all(self._right(rows, now, [[]]).all() for rows in parts):
+            self.kept += [(name, rows) for rows in parts]
+        elif reached(outline, name) & reached(outline, self.function):
+            self.others[name] = parts
 
     def look(self, deep: bool) -> None:
         """Look for the first change after which all rows are right, and as many other functions as
