@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass
 from statistics import correlation, fmean, median
 
-from ..judging.results import Report
+from ..results import Report
 
 
 @dataclass(frozen=True)
