@@ -39,15 +39,6 @@ def test_robots_by_name_are_those_of_the_table():
     assert compared.figures == {"a": {"bars": length}, "b": {"bars": length}}
 
 
-def test_robots_by_name_are_those_of_the_table():
-    with pytest.warns(UserWarning, match="fb.compare leaves out .*tool") as said:
-        compared = fb.compare({"a": "plotclock", "b": fb.ROBOTS["plotclock"]}, "bars")
-    assert {warning.filename for warning in said} == {__file__}
-    robot = fb.ROBOTS["plotclock"].robot
-    length = robot.l11 + robot.l12 + robot.l21 + robot.l22
-    assert compared.figures == {"a": {"bars": length}, "b": {"bars": length}}
-
-
 @pytest.mark.deep
 def test_designs_bring_their_task_and_place():
     table, space = (0.06, 0.04), {"l1": (0.08, 0.12), "l2": (0.1, 0.14), "task_y": (0.08, 0.14)}
