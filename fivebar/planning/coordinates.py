@@ -1,7 +1,7 @@
 """Coordinates of planned motions: the end-effector's in one pair of working modes, or four angles.
 
 Each has `size` coordinates c; a motion (..., 3 size + 2) is c, c', c'' and the torques. The
-program's controls are the bar forces or the torques, so nothing is divided by det A.
+interval's controls are the bar forces or the torques, so nothing is divided by det A.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..models.physics import physics_of
 if TYPE_CHECKING:
     from ..models.robots import Robot
     from .problem import Problem
-    from .program import NonlinearProgram
+    from .program import Interval
 
 
 @dataclass(frozen=True)
@@ -45,18 +45,18 @@ class TaskCoordinates:
         push, _ = bar_force_dynamics(acc, drives_forces(acc, (motion[..., -2], motion[..., -1])))
         return np.hypot(*push)
 
-    def point(self, program: NonlinearProgram, c: list, control: ca.SX) -> tuple:
+    def point(self, interval: Interval, c: list, control: ca.SX) -> tuple:
         """Return residual, tau, Accelerations at c, c', c'' (SI) and scaled controls."""
-        acc = ikm2(ikm(igm(program.problem.model, c[0], self.working), c[1]), c[2])
-        forces = program.force * control[0], program.force * control[1]
+        acc = ikm2(ikm(igm(interval.problem.model, c[0], self.working), c[1]), c[2])
+        forces = interval.force * control[0], interval.force * control[1]
         push, tau = bar_force_dynamics(acc, forces)
-        return ca.vertcat(*push) / program.force, ca.vertcat(*tau), acc
+        return ca.vertcat(*push) / interval.force, ca.vertcat(*tau), acc
 
-    def control(self, program: NonlinearProgram) -> float:
+    def control(self, interval: Interval) -> float:
         """Return the unit of the controls."""
-        return program.force
+        return interval.force
 
-    def at_knot(self, program: NonlinearProgram, c: ca.SX, c_dot: ca.SX) -> tuple:
+    def at_knot(self, interval: Interval, c: ca.SX, c_dot: ca.SX) -> tuple:
         """Return where an interval that ends at c, c' (scaled) leaves the next one."""
         return c, c_dot
 
@@ -100,28 +100,28 @@ class BarCoordinates:
             mass = abs(robot.m) + turning / robot.distal[0] ** 2
         return mass * max(robot.distal) * np.abs(error).max(axis=-1)
 
-    def point(self, program: NonlinearProgram, c: list, control: ca.SX) -> tuple:
-        robot = program.problem.model
+    def point(self, interval: Interval, c: list, control: ca.SX) -> tuple:
+        robot = interval.problem.model
         acc = bar_accelerations(robot, *(tuple(ca.vertsplit(value)) for value in c))
-        tau = program.torque * control
+        tau = interval.torque * control
         right = ca.vertcat(*BarAngles().accelerations(forward_dynamics(acc.rates, tau)))
-        unit = program.time**2 / ca.DM(self.units(program.problem))
+        unit = interval.time**2 / ca.DM(self.units(interval.problem))
         return (c[2] - right) * unit, tau, acc
 
-    def control(self, program: NonlinearProgram) -> float:
-        return program.torque
+    def control(self, interval: Interval) -> float:
+        return interval.torque
 
-    def at_knot(self, program: NonlinearProgram, c: ca.SX, c_dot: ca.SX) -> tuple:
+    def at_knot(self, interval: Interval, c: ca.SX, c_dot: ca.SX) -> tuple:
         """Return c, c' with the loop closed.
 
         The loop would open a little on each interval. Under its weight a robot costs less torque
         the more it opens, so that the optimum would be the motion that integrates worst.
         """
-        problem = program.problem
+        problem = interval.problem
         if not problem.fall:
             return c, c_dot
         units = ca.DM(self.units(problem))
-        rate = units / program.time
+        rate = units / interval.time
         angles = tuple(ca.vertsplit(units * c))
         bars, rates, _ = closed(problem.model, angles, tuple(ca.vertsplit(rate * c_dot)))
         return ca.vertcat(*bars) / units, ca.vertcat(*rates) / rate

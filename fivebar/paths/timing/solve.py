@@ -211,7 +211,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     bent = none if hints is None else hints[1]
     near = above.x
     found = best
-    closed = []
+    closed: list[int] = []
     for _ in range(NEWTON if mesh.tied.any() else 0):
         table = polygons(rows, alone, length, above, bent, near, none, mesh)
         x, closed = profile(table, above, rest)
