@@ -59,6 +59,7 @@ def test_drawings_of_the_benchmark_are_timed(capsys):
     assert [method.name for method in chart.methods] == ["fivebar.time_path", "toppra, Seidel"]
 
 
+@pytest.mark.deep
 def test_plans_of_the_benchmark_are_compared_with_a_long_search(capsys):
     ((name, over, seconds),) = plans.main(1, 1, names=("AMORO flat",))
     assert name == "AMORO flat" and 1.0 <= over < 1.02 and seconds > 0

@@ -97,6 +97,7 @@ def test_a_map_checks_the_path_of_a_tool_in_the_measuring_frame(robot_file, tmp_
             assert row["min_margin"] == pytest.approx(least, abs=0.02)
 
 
+@pytest.mark.deep
 def test_files_in_the_robots_own_frame_are_named(robot_file, tmp_path, capsys):
     machine = fb.Machine(fb.FiveBar(), frame=FRAME)
     (x, y), (u, v) = FRAME(np.array([(0.05, 0.09), (0.06, 0.09)])).tolist()

@@ -253,6 +253,7 @@ def test_a_mistake_is_named_wherever_the_motors_zeros_are(what, change, noted):
         assert fb.calibrate(OWN, data, TURNED).rms < 1e-9
 
 
+@pytest.mark.deep
 def test_signs_of_both_readings_are_named_before_modes_that_are_noted_right():
     data, modes = far_data(3, 6, np.array([2.46, 0.68]))
     data |= dict(q1=-data["q1"], q2=-data["q2"])
@@ -260,6 +261,7 @@ def test_signs_of_both_readings_are_named_before_modes_that_are_noted_right():
         fb.calibrate(OWN, data | modes, TURNED)
 
 
+@pytest.mark.deep
 def test_misses_of_another_size_than_a_measurement_are_no_calibration(tmp_path, capsys):
     data, _ = far_data(4, 8, np.array([0.1, -0.2]))
     data["x"] = data["x"][::-1]  # no change of a column explains it

@@ -66,6 +66,7 @@ def test_a_measuring_frame_of_another_scale():
     assert abs(share_inside(100, rng, True, 60, unknown=unknown) - 0.95) < 0.03
 
 
+@pytest.mark.deep
 @pytest.mark.every(3)
 @pytest.mark.parametrize("det", [0.3, 1e-2, 1e-3, 1e-4, 1e-6, 0.0])
 def test_whitened_errors_of_the_legs_are_independent_and_of_variance_one(det):

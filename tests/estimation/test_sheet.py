@@ -29,6 +29,7 @@ def ruled(drawn, points, table, noise, rng):
     table.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
 
 
+@pytest.mark.deep
 @pytest.mark.every(2)
 @pytest.mark.parametrize("seed", range(2))
 def test_a_ruler_finds_the_robot(seed, tmp_path):

@@ -42,6 +42,7 @@ def cohort(labs, tmp_path):
     return run
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "source", [SHIFTED, HALF, TELLING, UNTOUCHED, RIGHT.replace("return", "return 0,")]
 )

@@ -33,7 +33,7 @@ def test_forty_files_and_ten_in_another_hand():
     assert len(NOT_NAMED) <= 0.06 * sum(len(case.truths) for case in CASES)
 
 
-@pytest.mark.every(50)
+@pytest.mark.every(150)
 @pytest.mark.parametrize(
     "case", CASES, ids=[f"{case.title.replace(' ', '_')}_{k}" for k, case in enumerate(CASES)]
 )
@@ -55,7 +55,7 @@ def test_a_hand_in(case, tmp_path):
 FRESH = [*hand_ins("fresh/first.txt"), *hand_ins("fresh/second.txt")]
 
 
-@pytest.mark.every(70)
+@pytest.mark.every(200)
 @pytest.mark.parametrize("case", FRESH, ids=[case.title.replace(" ", "_") for case in FRESH])
 def test_a_mistake_by_another_hand_has_no_false_name_and_costs_no_other_function(case, tmp_path):
     report = graded(case, tmp_path)

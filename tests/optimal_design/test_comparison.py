@@ -8,6 +8,7 @@ import fivebar as fb
 ROBOTS = {"lab": fb.FiveBar(), "unequal": fb.FiveBar(0.1, 0.13, 0.08, 0.12, 0.09)}
 
 
+@pytest.mark.deep
 def test_usual_figures_are_those_of_the_regions():
     compared = fb.compare(ROBOTS)
     for name, robot in ROBOTS.items():

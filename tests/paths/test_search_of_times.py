@@ -63,6 +63,7 @@ def test_a_wanted_duration_counts_the_rests(resting):
     assert used(slow, {"torque": 0.1}, 10) == pytest.approx(share, rel=0.01)
 
 
+@pytest.mark.deep
 def test_a_wanted_duration_without_limits_takes_the_least_torque(resting):
     path, plain = resting
     free = fb.time_path(fb.FiveBar(), path, 1.5)

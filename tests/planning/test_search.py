@@ -66,6 +66,7 @@ def test_feed_forward_ends_with_the_plan():
     assert run.xi[-1] == pytest.approx(inside(2).xi, abs=1e-6)
 
 
+@pytest.mark.deep
 @pytest.mark.every(4)
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("free", [True, False])

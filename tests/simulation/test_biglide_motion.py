@@ -232,6 +232,7 @@ def test_crossing_polynomial():
     assert np.abs(tau).max() < 5.0
 
 
+@pytest.mark.deep
 def test_the_tracker_follows_a_line_and_a_long_way():
     for goal, duration in (
         ((0.06, 0.35), 1.0),

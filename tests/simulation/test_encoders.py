@@ -39,6 +39,7 @@ def test_the_line_of_the_report():
     assert np.abs(run.control.q_dot[1:]).max() < 2 * np.abs(run.q_dot).max() + RESOLUTION / 0.01
 
 
+@pytest.mark.deep
 @pytest.mark.every(4)
 @pytest.mark.parametrize(
     "chart, method", [("auto", None), ("task", "rk4"), ("joint", "rk4"), ("auto", "rk4")]

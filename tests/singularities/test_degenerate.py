@@ -105,6 +105,7 @@ def test_a_sum_of_decimals_closes_in_one_point():
         fb.FiveBar(0.25, 0.04, 0.11, 0.16, 0.56 * (1 + 1e-14))
 
 
+@pytest.mark.deep
 @pytest.mark.every(5)
 @pytest.mark.parametrize("scale", [5e-8, 6e-6, 1e-3, 1e3, 1e7])
 def test_regions_scale_with_the_robot(scale):

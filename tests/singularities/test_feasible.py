@@ -88,6 +88,7 @@ def test_the_area_of_a_region_in_an_aspect_is_the_polygons():
     assert part.area == pytest.approx(area, abs=1e-9) and part.area_error < 1e-7
 
 
+@pytest.mark.deep
 def test_discs_and_rectangles_of_parts_are_those_of_the_aspect_with_constraints():
     constraints = fb.Constraints(joints=((0.2, 2.5), (0.0, 2.8)), half_planes=[(0, 1, 0.03)])
     aspect = fb.aspect(fb.FiveBar(), 9)

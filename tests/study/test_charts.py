@@ -92,6 +92,7 @@ DEEP = "simulators", "trackers", "integrators", "chip", "stability", "geometry",
 NAMES = [pytest.param(name, marks=[pytest.mark.deep] * (name in DEEP)) for name in ALL]
 
 
+@pytest.mark.deep
 @pytest.mark.every(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):

@@ -56,6 +56,7 @@ def test_every_failure_is_a_row_with_a_word(toy_result):
     assert all(row["seconds"] > 0 for row in toy_result.rows if row["status"] != "left out")
 
 
+@pytest.mark.deep
 def test_failures_are_on_the_chart(toy_result):
     panel = toy_result.chart.panels[0][0]
     strip = panels(toy_result).axes[1]

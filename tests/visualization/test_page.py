@@ -197,6 +197,7 @@ def test_keys_move_the_time_and_play(opened, tmp_path, run):  # noqa: F811
     assert page.get_by_role("button", name="play", exact=True).count() == 1
 
 
+@pytest.mark.deep
 def test_everything_is_reached_by_tab_and_named(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path))
     names = []
@@ -795,6 +796,7 @@ def test_a_moment_has_a_link_that_the_page_follows(opened, tmp_path, run):  # no
         assert sample(page) == 1230
 
 
+@pytest.mark.deep
 def test_a_page_opened_at_a_moment_shows_it(browser, tmp_path, run):  # noqa: F811
     for path, shown in (
         (written(run, tmp_path), "document.getElementById('clock').textContent"),

@@ -165,6 +165,7 @@ def test_the_map_of_a_biglide(opened, tmp_path):  # noqa: F811
     assert "Type 1: a bar across its guide" in page.locator("figcaption").text_content()
 
 
+@pytest.mark.deep
 def test_out_of_reach_is_said(opened, tmp_path):  # noqa: F811
     page = opened(written(tmp_path)[1])
     hover(page, 0, 0.03, 0.03)

@@ -236,6 +236,7 @@ def test_let_go_and_hold_by_the_button(page):
 FLIGHT = "({t: motion.t, worker: Boolean(flying.worker), said: byId('said').textContent})"
 
 
+@pytest.mark.deep
 def test_a_worker_computes_the_motion(page):
     """It runs only while the robot moves; a page that was busy still leaves a smooth trace."""
     page.get_by_label("motor torques while it moves").select_option("constant")
@@ -343,6 +344,7 @@ def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, 
     until(page, f"location.hash === {json.dumps(upright.fragment)}")
 
 
+@pytest.mark.deep
 def test_by_the_keyboard_alone(page):
     for _ in range(8):
         page.keyboard.press("Tab")
@@ -371,6 +373,7 @@ def test_by_the_keyboard_alone(page):
     assert pose_of(page)["modes"] == [-1, -1]
 
 
+@pytest.mark.deep
 def test_what_it_gives_away(page, tmp_path):
     page.get_by_text("as Python").first.click()
     settle(page)
@@ -620,6 +623,7 @@ def test_equations_and_trace(page):
     np.testing.assert_allclose(fb.igm(ROBOT, rows[:, 3:], (-1, -1)).q, rows[:, 1:3], atol=1e-9)
 
 
+@pytest.mark.deep
 def test_a_tool_is_rigid_on_its_bar_and_leaves_the_trace(opened, tmp_path):  # noqa: F811
     tool = fb.Tool(2, 0.03, -0.02)
     fb.play(UNEQUAL, tool=tool).save(tmp_path / "tool.html")

@@ -227,6 +227,7 @@ def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
         fb.play(LINKAGES[0][2], fb.igm(fb.FiveBar(), (0.0, 0.1)))
 
 
+@pytest.mark.deep
 @pytest.mark.every(3)
 @pytest.mark.parametrize("number", range(len(LINKAGES)))
 def test_arrows_and_title_of_a_linkage(opened, tmp_path, number):  # noqa: F811
@@ -273,6 +274,7 @@ def test_two_studies_on_one_page(opened, tmp_path):  # noqa: F811
         fb.page({"a": slow, "b": fast}, tmp_path / "other.html", show="slide")
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "address, kind, seed", [("four", "four", 1), ("slider", "slider_guide", 2)]
 )

@@ -148,6 +148,7 @@ def test_aspects_and_discs_are_exact(page, part):
         compare(page, robot, aspects, [large[rng.integers(len(large))]])
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "lengths, working, point, area, radius",
     [
@@ -183,6 +184,7 @@ def test_aspects_of_special_robots(page):
         compare(page, robot, aspects, [large[rng.integers(len(large))]])
 
 
+@pytest.mark.deep
 def test_a_disc_that_just_fits(page):
     page.get_by_label("robot by name").select_option("minitaur-leg")
     page.get_by_label("check whether a disc fits").check()

@@ -166,6 +166,7 @@ def test_machine_is_seen_and_moves(opened):
     assert np.array_equal(picture(page), second)
 
 
+@pytest.mark.deep
 def test_the_robot_looks_as_it_did(opened, run):
     """Against a kept picture, a quarter as wide: bars, motors, base and what is shown are where they were."""
     page = opened(view.scene(ROBOT, run, ["loci", "trace", "velocity", "torques"]))
@@ -256,6 +257,7 @@ def test_player_plays_without_help(opened):
     until(page, "player.playing && player.time > 0 && player.time < 1.9")
 
 
+@pytest.mark.deep
 def test_bars_are_where_the_model_says(opened, run):
     page = opened(view.scene(ROBOT, run))
     frames = view.scene(ROBOT, run).machines[0].frames
@@ -306,6 +308,7 @@ def test_nothing_moves_or_is_joined(opened):
     )
 
 
+@pytest.mark.deep
 def test_a_gap_shows_no_bars_and_says_so(opened):
     t = np.linspace(0, 2, 201)
     q = 0.2 * np.stack([np.sin(t), np.cos(t)], axis=1)
