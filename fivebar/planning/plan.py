@@ -307,6 +307,8 @@ class _PlanSearch:
 
     def solved(self, mesh, durations, guess):
         found, plan = self.solve(mesh, durations, guess)
+        if found.status == "Maximum_Iterations_Exceeded":  # begun afresh near its end, it converges
+            found, plan = self.solve(mesh, found.durations, guess_again(plan, found))
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
     def solve(self, mesh, durations, guess, elastic=False):
