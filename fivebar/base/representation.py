@@ -26,6 +26,12 @@ def vector(name: str, parts: tuple, unit: str) -> str:
     return f"{name} {(*np.broadcast_shapes(*map(np.shape, parts)), len(parts))}"
 
 
+def working_words(working: Sequence[int]) -> str:
+    """Return working modes (2,) in words."""
+    left, right = working
+    return f"working modes {left:+d} {right:+d}"
+
+
 def one_line(what: str, *parts: str) -> str:
     """Return "<what: part, part>"."""
     return f"<{what}: {', '.join(filter(None, parts))}>"

@@ -15,6 +15,7 @@ import numpy as np
 from ..base.checks import not_negative, positive
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
+from ..base.representation import working_words
 from ..singularities.degenerate import EVERYWHERE
 from .draw_gcode import GCODE, Drawn, dialect_of, machine_of_axes, written_gcode
 from .draw_place import PLACE, may_cross, page_row, placed, says_other_modes
@@ -337,9 +338,7 @@ def _checked(arguments, machine, path, working):
     from ..constraints.path_check import check_path
 
     check = check_path(machine.robot, path.at_unit_speed, working, None, machine.on_poses)
-    left, right = working
-    modes = f"working modes {left:+d} {right:+d}"
-    amiss = f"{arguments.drawing}: it cannot be drawn there in {modes}"
+    amiss = f"{arguments.drawing}: it cannot be drawn there in {working_words(working)}"
     if not (check.singularity_free or may_cross(arguments, check)):
         raise ValueError(f"{amiss}: {_met(machine, path, check)}")
     for each in check.broken[:1]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.checks import positive
 from ..base.errors import UnreachableError, UsageError
+from ..base.representation import working_words
 from .options import WORKING, print_notes, usage_errors
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
@@ -122,11 +123,10 @@ def says_other_modes(arguments, machine, motion):
         if sign in assembly and not machine.is_measured(motion.working, sign):
             others.append(sign)
     for sign in others:
-        left, right = motion.working
         words = (
-            f"it was calibrated in {machine.measured_words}; this drawing is in working modes"
-            f" {left:+d} {right:+d} with assembly mode {sign:+d}, where it may be several times"
-            " less exact: measure points in these modes, too"
+            f"it was calibrated in {machine.measured_words}; this drawing is in"
+            f" {working_words(motion.working)} with assembly mode {sign:+d}, where it may be"
+            " several times less exact: measure points in these modes, too"
         )
         print_notes(arguments.robot, [words])
     return not others
@@ -159,17 +159,17 @@ def _modes(arguments, machine, path):
     free = {mode: check for mode, check in checks.items() if not check.broken}
     margins = {mode: check.min_margin for mode, check in free.items() if check.singularity_free}
     possible = [mode for mode, check in free.items() if may_cross(arguments, check)]
-    if not margins and not possible:  # `_checked` says what is in the way: the least that can be
-
-        def amiss(mode):
-            of_mode = checks[mode]
-            violations = [each.by for each in of_mode.broken]
-            return not of_mode.singularity_free, len(violations), sum(violations)
-
-        return min(checks, key=amiss)
-    if not margins:
+    if margins:
+        return max(margins, key=lambda mode: (mode in measured, margins[mode]))
+    if possible:
         return possible[0]
-    return max(margins, key=lambda mode: (mode in measured, margins[mode]))
+    return min(checks, key=lambda mode: _amiss(checks[mode]))  # `_checked` says what is in the way
+
+
+def _amiss(check):
+    """Return how far a path is from being possible, to be compared."""
+    violations = [each.by for each in check.broken]
+    return not check.singularity_free, len(violations), sum(violations)
 
 
 def may_cross(arguments, check):

@@ -156,7 +156,9 @@ def parse_values(text: str, option: str, form: str = "VALUE") -> tuple[str, list
     for part, of in zip(parts, form.split(":")):
         own = "" if of == "COUNT" else name
         value = number(part, option, own) if part else None
-        numbers.append(int(value) if of == "COUNT" and value == int(value or 0) else value)
+        if of == "COUNT" and value is not None and value.is_integer():
+            value = int(value)
+        numbers.append(value)
     return name, numbers
 
 

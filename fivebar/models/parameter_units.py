@@ -64,11 +64,9 @@ def table_in_si(value: Any, turns: bool, name: str = "") -> Any:
             table[key] = table_in_si(part, turns, own)
         return table
     if isinstance(value, list | tuple):
+        # Of a half plane (a, b, c) c alone is a length.
         if name == "half_planes" and len(value) == 3 and not isinstance(value[0], list):
-            return [
-                *value[:2],
-                table_in_si(value[2], turns, name),
-            ]  # (a, b, c): c alone is a length
+            return [*value[:2], table_in_si(value[2], turns, name)]
         return [table_in_si(part, turns, name) for part in value]
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if (is_number or isinstance(value, str)) and units_of(name, turns) is not NO_UNIT:

@@ -75,11 +75,11 @@ def compare(
     robots: dict[str, FiveBar | Biglide] = {}
     places: dict[str, Any] = {}
     for name, each in given.items():
-        is_design = isinstance(each, Design)
-        robots[name] = (
-            each.robot if is_design else robot_for("fb.compare")(each, f"compare: runs[{name!r}]")
-        )
-        places[name] = each.place if isinstance(each, Design) else (0.0, 0.0)
+        if isinstance(each, Design):
+            robots[name], places[name] = each.robot, each.place
+        else:
+            robots[name] = robot_for("fb.compare")(each, f"compare: runs[{name!r}]")
+            places[name] = 0.0, 0.0
     designs = [each for each in given.values() if isinstance(each, Design)]
     task = designs[0].task if designs and not choices else task_of(choices)
     if figures is None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.checks import instance, one_of, positive, robot, shown, two_numbers
-from ..base.representation import one_line, vector
+from ..base.representation import one_line, vector, working_words
 from ..base.robot_uses import freed, left_out
 from ..base.tables import TextFile
 from ..base.units import RADIANS
@@ -133,8 +133,8 @@ class Machine:
     def measured_words(self) -> str:
         """The modes in which it was calibrated, in words."""
         modes = []
-        for left, right, assembly in self.measured:
-            modes.append(f"working modes {left:+d} {right:+d} with assembly mode {assembly:+d}")
+        for *working, assembly in self.measured:
+            modes.append(f"{working_words(working)} with assembly mode {assembly:+d}")
         return ", ".join(modes)
 
     @property

@@ -30,7 +30,6 @@ def ruled(drawn, points, table, noise, rng):
 
 
 @pytest.mark.deep
-@pytest.mark.every(2)
 @pytest.mark.parametrize("seed", range(2))
 def test_a_ruler_finds_the_robot(seed, tmp_path):
     rng = np.random.default_rng(seed)

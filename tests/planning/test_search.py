@@ -67,7 +67,6 @@ def test_feed_forward_ends_with_the_plan():
 
 
 @pytest.mark.deep
-@pytest.mark.every(4)
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("free", [True, False])
 def test_a_plan_is_its_own_derivative(degree, free):

@@ -40,7 +40,6 @@ def test_the_line_of_the_report():
 
 
 @pytest.mark.deep
-@pytest.mark.every(4)
 @pytest.mark.parametrize(
     "chart, method", [("auto", None), ("task", "rk4"), ("joint", "rk4"), ("auto", "rk4")]
 )

@@ -106,7 +106,6 @@ def test_a_sum_of_decimals_closes_in_one_point():
 
 
 @pytest.mark.deep
-@pytest.mark.every(5)
 @pytest.mark.parametrize("scale", [5e-8, 6e-6, 1e-3, 1e3, 1e7])
 def test_regions_scale_with_the_robot(scale):
     unit = fb.FiveBar(*LENGTHS)

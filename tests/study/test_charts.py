@@ -93,7 +93,6 @@ NAMES = [pytest.param(name, marks=[pytest.mark.deep] * (name in DEEP)) for name 
 
 
 @pytest.mark.deep
-@pytest.mark.every(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
     if name == "simulators":  # the usual cache: a loop takes half a minute to compile

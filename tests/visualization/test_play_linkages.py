@@ -228,7 +228,6 @@ def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
 
 
 @pytest.mark.deep
-@pytest.mark.every(3)
 @pytest.mark.parametrize("number", range(len(LINKAGES)))
 def test_arrows_and_title_of_a_linkage(opened, tmp_path, number):  # noqa: F811
     """At each crank angle all arrows are inside the plane; the title names the linkage."""

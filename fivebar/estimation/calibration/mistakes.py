@@ -85,8 +85,11 @@ def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]
         found, mended, end = _wrong_columns(task, p, one, far=False)
         if not found:
             p = begin(task)
-        units = {pair: changes for pair, changes in two.items() if pair[0] in READINGS}
-        units = {pair: units[pair] for pair in units if all(" in " in words for words in pair)}
+        units = {
+            pair: changes
+            for pair, changes in two.items()
+            if pair[0] in READINGS and all(" in " in words for words in pair)
+        }
         for changes, far in ((one, True), (units, True), (two, False)):
             if not found and doubt(task, p) >= limit:
                 found, mended, end = _wrong_columns(task, p, changes, far)

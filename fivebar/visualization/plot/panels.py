@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from ...paths.tool import Tool
     from ..skeleton import Skeleton
 
+ENTRY = 0.9  # in, of a legend, about
+
 
 def in_frame(figure: Figure, frame: Placement, scale: float = 1e3) -> Figure:
     """Return a figure whose panels of the plane, `scale` to a metre, are moved from the robot's own
@@ -49,9 +51,6 @@ def in_frame(figure: Figure, frame: Placement, scale: float = 1e3) -> Figure:
     (left, below), (right, above) = corners.min(axis=0), corners.max(axis=0)
     panels[0].set(xlim=(left, right), ylim=(below, above))  # which all panels share
     return figure
-
-
-ENTRY = 0.9  # in, of a legend, about
 
 
 def _part(name, low, high):
