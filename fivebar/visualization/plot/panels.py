@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ...paths.tool import Tool
     from ..skeleton import Skeleton
 
-ENTRY = 0.9  # in, of a legend, about
+ENTRY = 0.8  # in, of a legend, about
 
 
 def in_frame(figure: Figure, frame: Placement, scale: float = 1e3) -> Figure:
