@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import block_array, block_diag, coo_array, eye_array, hstack, kron, vstack
+from scipy.linalg import block_diag
+from scipy.sparse import block_array, coo_array, eye_array, hstack, kron, vstack
 
 from ..constraints.constraints import at_joints
 from ..models.compiled import minimized
@@ -323,7 +324,7 @@ class NonlinearProgram:
         ends = np.cumsum(self.lengths)
         count = self.count
         # Widths of the intervals, and times at their begins, by the durations of the phases.
-        widths = block_diag([np.diff(knots)[:, None] for knots in self.mesh]).toarray()
+        widths = block_diag(*(np.diff(knots)[:, None] for knots in self.mesh))
         times = np.stack([widths, np.cumsum(widths, axis=0) - widths], axis=1)
         slack = eye_array(len(LIMITS), ends[-1], k=ends[2])
         before, after = (coo_array((2 * count, n)) for n in (ends[1], len(LIMITS)))
