@@ -13,7 +13,6 @@ from ..base.backend import EPS, sign
 from ..models.robots import Robot
 from ..singularities.margins import Singularity
 from .run import Event
-from .steps import MARGIN_RATES, MARGINS
 
 MOST_NEWTON = 50  # where the sine hardly dips below 0, a step only halves the distance at first
 ENOUGH = 1e-7  # of a step: after a Newton step as small as this the next is at rounding
@@ -37,23 +36,24 @@ def may_cross(margins: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
 
 def crossings(
-    robot: Robot, t: np.ndarray, rows: np.ndarray, motion: Callable | None = None
+    robot: Robot,
+    t: np.ndarray,
+    margins: np.ndarray,
+    rates: np.ndarray,
+    motion: Callable | None = None,
 ) -> tuple[Event, ...]:
     """Return the crossings of Type 1 and Type 2 singularities in order.
 
     Parameters
     ----------
     robot : FiveBar or Biglide
-    t : (n,), s, equally spaced
-    rows : (n, columns)
-        Observations at these times.
+    t : (n,), s
+    margins, rates : (n, 3)
+        The three sines at these times, and their rates.
     motion : callable, optional
         t -> the three sines and their rates, (3,) each, of the motion itself, for times good to
         1e-12 s. None: each sine is the cubic that has the values and rates of a step's ends.
     """
-    margins = rows[:, MARGINS]
-    rates = rows[:, MARGIN_RATES]
-    step = t[1] - t[0]
     modes = _modes(margins)
     zeros = []  # (time, column, step)
     for column in range(3):
@@ -61,6 +61,7 @@ def crossings(
         growth = margins[:, column] * rates[:, column]
         turns = (growth[:-1] < 0) & (growth[1:] > 0)
         for k in np.flatnonzero(changes | turns).tolist():
+            step = t[k + 1] - t[k]
             ends = slice(k, k + 2), column
             cubic = Cubic.through(margins[ends].tolist(), (step * rates[ends]).tolist())
             look = motion and partial(_look, motion, column, t[k], step)

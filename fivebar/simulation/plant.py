@@ -222,6 +222,11 @@ class Plant:
         """Return per drive which of these steps move it, None: all."""
         return None
 
+    @property
+    def ends(self) -> np.ndarray:
+        """Times (n,), s, between which is one step each: a sine turns once at most."""
+        return np.array([*(piece[0] for piece in self._pieces), self.t])
+
     def margins(self, t: float) -> tuple[tuple, tuple]:
         """Return sin q12, sin q22 and det A at a time, and their rates."""
         k = max(bisect_right(self._pieces, t, key=itemgetter(0)) - 1, 0)

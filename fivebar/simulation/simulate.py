@@ -26,7 +26,7 @@ from .events import crossings
 from .plant import FixedPlant, Plant, lost_in_steps
 from .run import Control, Run, has_friction, torque_limits
 from .settings import Integrator, Measurement
-from .steps import ENERGY, Q_DOT, XI, Q, motion_of
+from .steps import ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI, Q, motion_of
 from .stick_slip import plant_of
 
 TOLERANCE = 1e-12  # rad, of a step where no tolerance is asked for
@@ -217,6 +217,13 @@ def run_of(
     crosses: whether the motion may have crossed a singularity. fields: further ones of the Run.
     """
     tau = np.vstack([torques, torques[-1]])
+    events: tuple = ()
+    if crosses:
+        # Of its own steps, so that no crossing depends on how far apart the rows are.
+        ends = t if plant is None else plant.ends
+        seen = rows if plant is None else plant.rows(ends)
+        motion = None if plant is None else plant.margins
+        events = crossings(robot, ends, seen[:, MARGINS], seen[:, MARGIN_RATES], motion)
     friction_loss = None
     if joint_torques is not None or has_friction(robot):
         if plant is not None:
@@ -231,7 +238,7 @@ def run_of(
         xi=rows[:, XI],
         energy=rows[:, ENERGY],
         tau=tau,
-        events=crossings(robot, t, rows, plant.margins if plant else None) if crosses else (),
+        events=events,
         friction_loss=friction_loss,
         **fields,
     )

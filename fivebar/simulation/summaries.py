@@ -184,14 +184,17 @@ class Summarizer:
             columns.append(np.stack(errors, axis=1))
         columns.append(np.abs(torques).max(axis=1))
         built_in = np.hstack(columns)
-        crosses = may_cross(observed[:, :, MARGINS], observed[:, :, MARGIN_RATES])
+        margins, rates = observed[:, :, MARGINS], observed[:, :, MARGIN_RATES]
+        crosses = may_cross(margins, rates)
         for k, robot in enumerate(robots):
             try:
                 self.loops.check(robot, observed[k], torques[k])
             except ArithmeticError as error:
                 yield k, str(error)
                 continue
-            events = crossings(robot, self.loops.t, observed[k]) if crosses[k] else ()
+            events = ()
+            if crosses[k]:
+                events = crossings(robot, self.loops.t, margins[k], rates[k])
             count = len(events)
             values[k, : len(self.built_in)] = *built_in[k], count
             if self.functions:

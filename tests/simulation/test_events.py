@@ -7,7 +7,6 @@ from scipy.optimize import brentq
 
 import fivebar as fb
 from fivebar.simulation.events import Cubic, _bracketed, crossings, may_cross, there_and_back, zero
-from fivebar.simulation.steps import MARGIN_RATES, MARGINS
 
 ROBOT = fb.FiveBar()
 COARSE = 5e-3
@@ -203,6 +202,21 @@ def test_a_motion_that_hardly_dips_below_0(low, high):
     assert found == pytest.approx((low, high), abs=1e-14 / (high - low))
 
 
+@pytest.mark.parametrize("step", [0.1, 0.5, 2.0])
+def test_crossings_do_not_depend_on_the_rows(step):
+    """28 crossings in 2 s, several of them between two rows."""
+    start = fb.dkm(fb.igm(ROBOT, (0.09, 0.068)), (20.0, 10.0))
+    few, many = (
+        fb.simulate(ROBOT, start=start, duration=2.0, step=each).events for each in (step, 1e-4)
+    )
+    assert len(many) == 28 and len(few) == 28
+    for own, exact in zip(few, many):
+        assert own[1:] == exact[1:] and own.t == pytest.approx(exact.t, abs=1e-12)
+    # The sines of the many rows change their signs as often: geometry alone.
+    rows = fb.simulate(ROBOT, start=start, duration=2.0, step=1e-4)
+    assert (np.diff(np.sign(sines_of(rows)), axis=0) != 0).sum() == 28
+
+
 def test_crossings_of_given_sines():
     """Sines that are known functions of time: every zero, in order, with the signs just before and just after."""
     turns, shifts = np.array([7.0, 5.0, 11.0]), np.array([0.4, -1.3, 2.0])
@@ -212,8 +226,7 @@ def test_crossings_of_given_sines():
         return 0.3 * np.sin(turns * t + shifts), 0.3 * turns * np.cos(turns * t + shifts)
 
     t = np.linspace(0.0, 2.0, 41)
-    rows = np.zeros((len(t), 30))
-    rows[:, MARGINS], rows[:, MARGIN_RATES] = look(t)
+    margins, rates = look(t)
     exact = sorted(
         (z, k)
         for k in range(3)
@@ -221,7 +234,7 @@ def test_crossings_of_given_sines():
         if 0 < (z := (n * np.pi - shifts[k]) / turns[k]) < t[-1]
     )
     for motion, error in ((None, 1e-5), (look, 1e-13)):
-        events = crossings(ROBOT, t, rows, motion)
+        events = crossings(ROBOT, t, margins, rates, motion)
         assert [event.t for event in events] == pytest.approx([z for z, _ in exact], abs=error)
         for event, (z, k) in zip(events, exact):
             assert event.margin == ROBOT.words.sines[k] and event.type.name == (
@@ -233,8 +246,8 @@ def test_crossings_of_given_sines():
     assert len(exact) == 14
     # On a row a zero is crossed once, after it; a motion that begins there or ends there has not crossed it.
     z, k = exact[4]
-    rows[:, MARGINS], rows[:, MARGIN_RATES] = look(t - t[8] + z)
-    rows[8, MARGINS.start + k] = 0.0
+    margins, rates = look(t - t[8] + z)
+    margins[8, k] = 0.0
     for first, last, own in ((7, 10, {exact[4]}), (8, 11, set()), (6, 9, set())):
         wanted = sorted(
             own
@@ -244,7 +257,8 @@ def test_crossings_of_given_sines():
                 if t[first] < each[0] - z + t[8] < t[last - 1] and each != (z, k)
             }
         )
-        events = crossings(ROBOT, t[first:last], rows[first:last])
+        part = slice(first, last)
+        events = crossings(ROBOT, t[part], margins[part], rates[part])
         assert [event.margin for event in events] == [
             ROBOT.words.sines[column] for _, column in wanted
         ]
