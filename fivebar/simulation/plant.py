@@ -13,6 +13,7 @@ from operator import itemgetter
 
 import numpy as np
 
+from ..base.backend import pack
 from ..base.errors import SingularityError
 from ..models.charts import BarAngles, StateChart
 from ..models.compiled import Buffered, compiled
@@ -223,17 +224,26 @@ class Plant:
         return None
 
     @property
-    def ends(self) -> np.ndarray:
-        """Times (n,), s, between which is one step each: a sine turns once at most."""
-        return np.array([*(piece[0] for piece in self._pieces), self.t])
+    def ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times (n,), s, between which is one step each; sines and det A (n, 3) then, their rates.
+
+        Within a step each of them turns once at most.
+        """
+        times = [piece[0] for piece in self._pieces]
+        states = [piece[2] for piece in self._pieces]
+        columns = np.array([*states, self.state]).T
+        sines, rates = self._margins(tuple(columns))
+        return np.array([*times, self.t]), pack(*sines), pack(*rates)
 
     def margins(self, t: float) -> tuple[tuple, tuple]:
         """Return sin q12, sin q22 and det A at a time, and their rates."""
         k = max(bisect_right(self._pieces, t, key=itemgetter(0)) - 1, 0)
         t0, length, state, polynomial, _ = self._pieces[k]
         place = np.array([(t - t0) / length])
-        now = between(state[None], polynomial[None], place)[0].tolist()
-        rates = bars_rates(self.robot, now[:4], now[4:])
+        return self._margins(between(state[None], polynomial[None], place)[0].tolist())
+
+    def _margins(self, state):
+        rates = bars_rates(self.robot, state[:4], state[4:])
         return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
 
     def friction_loss(self, t: np.ndarray) -> np.ndarray:

@@ -214,16 +214,16 @@ def run_of(
     """Return the Run of observations (n + 1, columns), between which torques (n, 2) were held.
 
     plant: what moved, if it knows its motion between the rows. joint_torques: of a LoadedRobot.
-    crosses: whether the motion may have crossed a singularity. fields: further ones of the Run.
+    crosses: whether the motion may have crossed a singularity, where there is no plant. fields:
+    further ones of the Run.
     """
     tau = np.vstack([torques, torques[-1]])
     events: tuple = ()
-    if crosses:
+    if plant is not None:
         # Of its own steps, so that no crossing depends on how far apart the rows are.
-        ends = t if plant is None else plant.ends
-        seen = rows if plant is None else plant.rows(ends)
-        motion = None if plant is None else plant.margins
-        events = crossings(robot, ends, seen[:, MARGINS], seen[:, MARGIN_RATES], motion)
+        events = crossings(robot, *plant.ends, plant.margins)
+    elif crosses:
+        events = crossings(robot, t, rows[:, MARGINS], rows[:, MARGIN_RATES])
     friction_loss = None
     if joint_torques is not None or has_friction(robot):
         if plant is not None:
