@@ -228,15 +228,12 @@ class Run(Animated):
         """Where each torque is at its limit: (n, 2) bool; nowhere without a limit."""
         if self.torque_limit is None:
             return np.zeros(self.tau.shape, dtype=bool)
-        q_dot = self.q_dot
-        if self.control is not None:  # torques are held, and so are the speeds of that moment
-            rows = np.searchsorted(self.t, self.control.t)
-            every = np.arange(len(self.t))
-            sample = np.searchsorted(rows, every, side="right") - 1
-            q_dot = q_dot[rows[sample]]
-        low, high = torque_bounds(self.torque_limit, q_dot)
+        # Motors are limited by their speed at each row.
+        low, high = torque_bounds(self.torque_limit, self.q_dot)
         rounding = 1e-12 * np.max(np.abs([low, high]))
-        return (self.tau <= low + rounding) | (self.tau >= high - rounding)
+        at_limit = (self.tau <= low + rounding) | (self.tau >= high - rounding)
+        at_limit[-1] = at_limit[-2:][0]  # the last row repeats the torque before it
+        return at_limit
 
     @cached_property
     def energy_error(self) -> np.ndarray:

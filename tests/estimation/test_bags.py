@@ -52,13 +52,13 @@ def trajectory():
     return [(EPOCH, kind, own)]
 
 
-def poses():
-    """Poses without a header: they have the recorder's time, 5 s behind."""
+def poses(x=0.0, earlier=0):
+    """Poses x m beside, without a header: of the recorder's time, 5 s behind, but for some ns."""
     kind = "geometry_msgs/msg/Pose"
     upright = message("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, 1.0)
     for t, xi in zip(T, fb.dgm(ROBOT, Q).xi):
-        place = message("geometry_msgs/msg/Point", *xi.tolist(), 0.0)
-        yield EPOCH + 5 * 10**9 + round(t * 1e9), kind, message(kind, place, upright)
+        place = message("geometry_msgs/msg/Point", xi[0] + x, xi[1], 0.0)
+        yield EPOCH + 5 * 10**9 + round(t * 1e9) - earlier, kind, message(kind, place, upright)
 
 
 def bag(path, topics, storage=StoragePlugin.MCAP):
@@ -114,9 +114,12 @@ def test_references_of_joints_and_of_points(tmp_path):
     run = fb.from_bag(bag(tmp_path / "bag", topics))
     np.testing.assert_allclose(run.xi_ref, fb.dgm(ROBOT, Q).xi, atol=1e-15)
     np.testing.assert_allclose(run.xi, fb.dgm(ROBOT, Q).xi, atol=1e-15)
-    topics = {"/joint_states": states(), "/goal": poses(), "/pose_goal": poses()}
+    # A topic that is not used does not hide the one after it.
+    topics = {"/joint_states": states(), "/goal": poses(0.0, 3), "/pose_goal": poses(0.1, 2)}
+    topics |= {"/tip": poses(0.2, 1)}
     run = fb.from_bag(bag(tmp_path / "second", topics))
     np.testing.assert_allclose(run.xi_ref, fb.dgm(ROBOT, Q).xi, atol=1e-15)
+    np.testing.assert_allclose(run.xi[1:], fb.dgm(ROBOT, Q[1:]).xi + (0.2, 0.0), atol=1e-15)
     assert "topic /pose_goal is not used" in run.measured.notes
 
 

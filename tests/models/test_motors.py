@@ -125,6 +125,29 @@ def test_a_plan_keeps_the_line(tmp_path):
     assert fb.Plan.from_csv(tmp_path / "plan.csv").problem.constraints == plan.problem.constraints
 
 
+def test_a_row_is_at_the_limit_of_its_own_speed():
+    """The torque that is asked for stays for ten rows, and the motor's line falls in each."""
+    motor = fb.Motor(0.12, 12.0)
+    line = fb.line((0.09, 0.068), (0.0, 0.1), 0.4)
+    run = fb.simulate(LAB, fb.ComputedTorque(LAB, 400, 40), line, torque_limit=motor)
+    asked = np.repeat(run.control.commanded, 10, axis=0)
+    by_speed = 0.12 * run.q_dot[:-1] / 12.0
+    high = np.minimum(0.12 - by_speed, 0.12)
+    low = np.maximum(-0.12 - by_speed, -0.12)
+    at_limit = (asked >= high) | (asked <= low)
+    assert 0.1 < at_limit.mean() < 0.9
+    np.testing.assert_array_equal(run.saturated[:-1], at_limit)
+    # Friction brakes it, so that the line rises; the last row repeats the torque before it.
+    robot = fb.FiveBar(fv1=0.05, fv2=0.05)
+    start = fb.dkm(fb.dgm(robot, (0.2, 0.4)), (8.0, -8.0))
+
+    def late(t, *_):
+        return (1.0, -1.0) if t > 0.015 else (0.0, 0.0)
+
+    braked = fb.simulate(robot, late, duration=0.021, start=start, torque_limit=motor)
+    assert braked.saturated.tolist() == 20 * [[False, False]] + 2 * [[True, True]]
+
+
 @pytest.mark.deep
 def test_a_simulation_saturates_by_the_speed(tmp_path):
     robot, reference = LAB, fb.line((0.09, 0.068), (0.0, 0.1), 0.4)

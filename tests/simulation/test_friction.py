@@ -258,3 +258,25 @@ def test_a_start_that_stands_but_for_rounding_stands():
         line = fb.line((x, 0.15), (-0.02, 0.13), duration=0.5)
         run = fb.simulate(robot, fb.PD(robot, 0.1, 0.01), line, duration=0.02)
         assert run.friction_loss[-1] == 0 and not run.q_dot[1:].any()
+
+
+def test_a_robot_that_stands_at_type_2_stands_there_until_it_is_driven():
+    """The distal bars are in line to rounding: what is between drives that stick is not solved for."""
+    robot = fb.FiveBar(fs1=0.02, fs2=0.02)
+    for q1 in np.linspace(1.7, 2.0, 7):
+        left = -robot.d / 2 + robot.l11 * np.exp(1j * q1)
+        span = left - robot.d / 2
+        reach = robot.l12 + robot.l22
+        cosine = (abs(span) ** 2 + robot.l21**2 - reach**2) / (2 * abs(span) * robot.l21)
+        right = robot.d / 2 + robot.l21 * np.exp(1j * (np.angle(span) - np.arccos(cosine)))
+        middle = (left + right) / 2
+        xi = middle.real, middle.imag
+        start = fb.ikm(fb.igm(robot, xi, working=(1, -1)), (0.0, 0.0))
+        assert abs(start.pose.det_A) < 1e-12
+
+        def driven_from_20_ms(t, *_):
+            return (0.0, 0.0) if t < 0.02 else (-0.2, 0.1)
+
+        run = fb.simulate(robot, driven_from_20_ms, duration=0.03, start=start)
+        np.testing.assert_allclose(run.xi[:21], np.tile(xi, (21, 1)), rtol=0, atol=1e-15)
+        assert not run.q_dot[:21].any() and run.q_dot[-1].any()

@@ -157,7 +157,7 @@ class Called(fb.PD):
 
 def test_a_law_that_is_overridden_is_compiled():
     laws = [Saturating(fb.FiveBar(), kp, 0.5) for kp in (5.0, 9.0)]
-    runs = fb.simulate_many(fb.FiveBar(), laws, LINE)
+    runs = fb.simulate_many("amoro", laws, LINE)  # a name is one robot, not a sequence of letters
     for law, run in zip(laws, runs):
         alone = fb.simulate(fb.FiveBar(), law, LINE, integrator=fb.Integrator("rk4"))
         assert np.abs(run.q - alone.q).max() < 1e-11 and np.abs(run.tau).max() <= 0.05
