@@ -3,13 +3,24 @@
 import numpy as np
 import pytest
 
+from fivebar.study.control_cases import case
 from fivebar.study.speed_accuracy import findings, making
-from fivebar.study.speed_accuracy.chart import OURS, load
-from fivebar.study.speed_accuracy.charts import contours, derivatives, integrators, motions
+from fivebar.study.speed_accuracy.chart import OURS, Failed, load
+from fivebar.study.speed_accuracy.charts import (
+    chip,
+    contours,
+    derivatives,
+    geometry,
+    integrators,
+    motions,
+    stability,
+    trackers,
+)
 from fivebar.study.speed_accuracy.findings import observed_order, orders
 from fivebar.study.speed_accuracy.runner import measure, row_of
 from fivebar.study.speed_accuracy.store import COLUMNS, Result
-from tests.benchmarks import chip, routes
+from tests.benchmarks import chip as arm_chip
+from tests.benchmarks import routes
 from tests.benchmarks.charts import ALL
 from tests.benchmarks.gains import exact_noise_gain, noise_gain
 from tests.helpers import needs
@@ -88,6 +99,186 @@ def test_contours_have_their_order():
     ) == pytest.approx(2, abs=0.1)
 
 
+def judged_at(chart, problem, name, knob):
+    attempt = chart.method(name).prepare(problem, knob)
+    return attempt.judge(attempt.call())
+
+
+MODULES = chip, contours, derivatives, geometry, integrators, stability, trackers
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.rpartition(".")[2])
+def test_a_chart_says_what_its_axes_are(module):
+    """Its panels are of its problems, with a unit on each axis, and levels from coarse to fine."""
+    chart = module.chart()
+    for panel in chart.all_panels:
+        assert panel.problem in chart.problems and panel.title
+        without_unit = "error", "instructions", "|det A|"
+        for label in (panel.xlabel, panel.ylabel):
+            assert "(" in label or "in parts of" in label or label.startswith(without_unit)
+        assert panel.x in ("seconds", "knob", "instructions", "det_A", "inverse_sigma")
+        assert ("time" in panel.xlabel.split()) == (panel.x == "seconds")
+        assert list(panel.levels) == sorted(panel.levels, reverse=True)
+        assert panel.floor < panel.rounding <= 1e-15
+    names = [method.name for method in chart.methods]
+    assert len(set(names)) == len(names) and any(each.family == OURS for each in chart.methods)
+    assert {problem for problem, _, _ in chart.jobs(quick=True)} == set(chart.problems)
+
+
+def test_an_error_as_large_as_the_robots_task_is_a_failure():
+    """A centimetre at the end, a millimetre of a bar; a tenth of these may count."""
+    (regular, _), (_, bars) = integrators.chart().panels
+    assert 1e-2 <= regular.ceiling < 0.1 and 1e-4 < bars.ceiling <= 1e-2
+    assert all(panel.ceiling == 0.1 for panel in trackers.chart().all_panels)
+
+
+INTEGRATED = [
+    method.name
+    for method in integrators.chart().methods
+    if not method.needs and method.order is None or "Baumgarte" in method.name
+]
+
+
+@pytest.mark.parametrize("name", INTEGRATED)
+def test_integrators_come_nearer_with_their_knob(name):
+    method = integrators.chart().method(name)
+    knobs = method.knobs_of("regular", quick=False)
+    rough, fine = (judged_at(integrators.chart(), "regular", name, knobs[k]) for k in (1, 3))
+    assert rough["error"] < 1e-3 and rough["energy"] < 1e-2 and rough["closure"] < 1e-5
+    for name in ("error", "energy"):
+        assert fine[name] < max(0.5 * rough[name], 1e-11)
+
+
+def test_what_does_not_end_is_told_from_what_gives_up(monkeypatch):
+    """Past Type 2 joint coordinates end: a solver gives up there, or is cut off before."""
+    name = "SciPy DOP853, Python model"
+    with pytest.raises(Failed, match="gives up"):
+        judged_at(integrators.chart(), "through", name, 0.01)
+    monkeypatch.setattr(integrators, "MOST_EVALUATIONS", 60)
+    with pytest.raises(Failed, match="comes to no end"):
+        judged_at(integrators.chart(), "regular", name, 0.01)
+
+
+def test_loci_drawn_by_any_grid_are_alike():
+    """The closed form is the reference, within a millionth of the robot; grids of one size differ by rounding."""
+    chart = contours.chart()
+    exact = judged_at(chart, "task", "fivebar.singularity_loci: closed form", 0)
+    assert exact["rms"] < 1e-15 and exact["error"] < 1e-5 and 1e-8 < exact["missing"] < 1e-5
+    names = [method.name for method in chart.methods if not method.needs and method.order == 2]
+    by_numpy, by_vm = (judged_at(chart, "task", name, 25) for name in names)
+    for name, value in by_numpy.items():
+        assert by_vm[name] == pytest.approx(value, rel=1e-6) and value > 1e-4
+
+
+def test_models_and_differentiated_positions_are_exact():
+    chart = derivatives.chart()
+    for method in (m for m in chart.methods if not m.order and not m.needs):
+        found = judged_at(chart, "swing", method.name, 0)
+        assert max(found.values()) < 5e-15, method.name
+
+
+def test_controllers_are_as_good_as_their_panels_say():
+    """The tracker comes to the finest level of its panel, within ten times; PD is worse than computed torque."""
+    chart = trackers.chart()
+    tracker, computed, pd = (method.name for method in chart.methods[:3])
+    finest = {panel.problem: panel.levels[-1] for panel in chart.all_panels}
+    errors = {
+        problem: judged_at(chart, problem, tracker, 5)["error"]
+        for problem in ("task-1", "torque-limit")
+    }
+    for problem, error in errors.items():
+        assert 0.1 < error / finest[problem] < 10
+    stiff, soft = (judged_at(chart, "task-1", computed, knob)["error"] for knob in (20.0, 5.0))
+    assert 3 * stiff < soft < 0.1 * judged_at(chart, "task-1", pd, 5.0)["error"]
+
+
+def test_a_torque_limit_is_a_share_of_what_the_motion_needs():
+    limited = case("torque-limit")
+    run = case("task-1").simulate("ctc-stiff")
+    assert limited.torque_limit == pytest.approx(0.6 * np.abs(run.tau).max(), rel=0.02)
+    assert limited.reference.duration == case("task-1").reference.duration
+
+
+def test_the_map_of_gains_has_each_run_at_its_place(monkeypatch):
+    monkeypatch.setattr(stability, "FINE", 21)
+    chart = stability.chart()
+    attempt = chart.methods[0].prepare("one sample of delay", 200)
+    found = attempt.judge(attempt.call())
+    assert found["growth"] == pytest.approx(found["exact"], rel=0.05) and len(attempt.times()) == 1
+    assert (found["p"], found["q"]) == stability.gains("one sample of delay", 200)
+    assert len(chart.methods[0].knobs) == stability.SIDE**2
+    rows = []
+    for problem in chart.problems:
+        for knob in (0, 33, 840):
+            p, q = stability.gains(problem, knob)
+            own = {"problem": problem, "method": "simulated robot", "knob": knob, "status": "ok"}
+            rows.append(own | {"p": p, "q": q, "growth": 0.5 + 1e-3 * knob, "exact": 0.5})
+    result = Result(chart, {}, rows)
+    figure = stability.figure(result)
+    for axes, problem in zip(figure.axes, chart.problems):
+        (mesh,) = (each for each in axes.collections if hasattr(each, "get_coordinates"))
+        values = mesh.get_array()
+        corners = mesh.get_coordinates()
+        assert values.count() == 3 and axes.get_title() == problem
+        for row in result.of(problem):
+            column = np.searchsorted(corners[0, :, 0], row["p"]) - 1
+            line = np.searchsorted(corners[:, 0, 1], row["q"]) - 1
+            assert values[line, column] == row["growth"]
+        exact = next(each for each in axes.collections if each is not mesh)
+        assert exact.levels.tolist() == [0.5, 0.8, 1.0]
+    caption, ((_, head, cells),) = stability.summary(result)
+    assert caption.count("on 1 of 3 pairs of gains") == 2 and caption.count("differ by 6.6 %") == 2
+    assert [len(head)] * 2 == [len(row) for row in cells]
+
+
+def test_precisions_of_the_smallest_functions():
+    """Rounding of numbers of 24 and of 53 bits, of the fewest instructions first."""
+    chart = chip.chart()
+    single, double = chart.methods
+    places = single.knobs_of(chip.REGULAR, quick=False)
+    sizes = [chip.exported(place).n_instructions() for place in places]
+    assert sizes == sorted(sizes) and sorted(places) == list(range(len(chip.NAMES)))
+    for place in places[:3]:
+        errors = []
+        for method in (single, double):
+            found = judged_at(chart, chip.REGULAR, method.name, place)
+            assert found["instructions"] == chip.exported(place).n_instructions()
+            errors.append(found["error"])
+        assert 2.0**-28 < errors[0] < 2.0**-19 and 2.0**-57 < errors[1] < 2.0**-48
+    near = [judged_at(chart, chip.NEAR, single.name, gap) for gap in chip.GAPS[:5:4]]
+    assert near[1]["det_A"] < 0.2 * near[0]["det_A"] and near[1]["error"] > 10 * near[0]["error"]
+
+
+def test_routes_of_the_direct_model(monkeypatch):
+    """Closed forms to rounding, iterations to their tolerance, and what is lost is a failure."""
+    monkeypatch.setattr(geometry, "BATCH", 200)
+    chart = geometry.chart()
+    for method in chart.methods:
+        if method.needs:
+            continue
+        for problem in method.knobs:
+            knob = method.knobs_of(problem, quick=False)[min(5, len(method.knobs[problem]) - 1)]
+            if method.name == "Newton, cold start":
+                with pytest.raises(Failed, match="wrong branch in|diverged in"):
+                    judged_at(chart, problem, method.name, knob)
+                continue
+            found = judged_at(chart, problem, method.name, knob)
+            bound = (
+                1e-11 if problem == "singular" else 1e-7 if method.family == "iterations" else 1e-15
+            )
+            assert found["error"] < bound, (method.name, problem)
+    judge = geometry.judged("one")
+    exact = np.array(geometry.poses("one").exact, dtype=float)
+    assert judge(exact)["error"] < 1e-16
+    assert judge(exact + (3e-6, 4e-6))["error"] == pytest.approx(5e-6)
+    exact[:25] = geometry.poses("one").other[:25]
+    with pytest.raises(Failed, match="wrong branch in 25%"):
+        judge(exact)
+    exact[:50, 0] = np.nan
+    with pytest.raises(Failed, match="nan in 50%"):
+        judge(exact)
+
+
 DEEP = "simulators", "trackers", "integrators", "chip", "stability", "geometry", "plans"
 NAMES = [pytest.param(name, marks=[pytest.mark.deep] * (name in DEEP)) for name in ALL]
 
@@ -152,10 +343,10 @@ def test_geometry_knows_right_from_wrong(compiler):
 def test_single_precision_costs_a_chip_digits_and_saves_it_instructions():
     """Errors are those of ARM's own results; a chip without double precision pays for it in instructions."""
     needs.need("ARM compilers")
-    found = chip.chart()
+    found = arm_chip.chart()
     rows = {
         (size, hardware): measure(
-            found, chip.ARM, f"{size}, ARM with {hardware} precision", chip.DIRECT, 0.0
+            found, arm_chip.ARM, f"{size}, ARM with {hardware} precision", arm_chip.DIRECT, 0.0
         )
         for size in ("float", "double")
         for hardware in ("single", "double")

@@ -2,14 +2,16 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.study.ladder import CASES, climb, figure
-from fivebar.study.ladder.rungs import RUNGS, task_torques
+from fivebar.study.ladder import CASES, Case, climb, figure, table
+from fivebar.study.ladder.rungs import KD, KP, PERIOD, RUNGS, SETTLED, task_torques
+from fivebar.visualization.style import INK
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +48,59 @@ def test_what_is_missed_is_what_the_models_differ_by(found):
     assert found["vertical"][0].missed == pytest.approx(
         float(np.sqrt((missed**2).sum(axis=1).mean())), rel=1e-12
     )
+
+
+def test_each_rung_is_what_a_controller_with_it_does(monkeypatch):
+    """A tenth of a second of the upright lab's robot, whose bars are heavy: masses, then gravity."""
+    monkeypatch.setattr("fivebar.study.ladder.rungs.CALLS", 4)
+    robot = replace(CASES["lab"].robot, fv1=0.01, fs2=0.02)
+    case = Case(robot, fb.circle((0.0, 0.11), 0.002, 0.1), "short")
+    counted = []
+    rungs = climb(case, lambda: counted.append(1))
+    assert [rung.name for rung in rungs] == list(RUNGS) and len(counted) == len(rungs)
+    assert [rung.named for rung in rungs] == [True, True, True, True, False]
+    assert rungs[-1].missed == 0.0 and all(0 < rung.step < 1e-2 for rung in rungs)
+    for rung, fields in zip(rungs, (("gravity", "mx11", "mx21", "fv1", "fs2"), ("fv1", "fs2"))):
+        # What the robot has, and the controller does not know.
+        zeros = {name: (0.0, 0.0) if name == "gravity" else 0.0 for name in fields}
+        model = replace(robot, **zeros)
+        law = fb.ComputedTorque(model, KP, KD)
+        run = fb.simulate(robot, law, case.reference, control_period=PERIOD)
+        error = np.linalg.norm(run.error[run.t >= SETTLED * 0.1], axis=1)
+        assert rung.rms == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-6)
+        assert rung.largest == pytest.approx(error.max(), rel=1e-6)
+        tau = [fb.inverse_dynamics(motion_of(each, case)) for each in (robot, model)]
+        missed = np.linalg.norm(tau[0] - tau[1], axis=1)
+        assert rung.missed == pytest.approx(np.sqrt(np.mean(missed**2)))
+        compiled = fb.compile(model, ["xi", "xi_dot", "xi_ddot"], ["tau"], working=(-1, -1))
+        assert rung.instructions == compiled.n_instructions()
+    heading, rows = table({"short": rungs})
+    assert len(heading) == len(rows[0]) and rows[0][:3] == ["short", "masses", 1]
+    row = dict(zip(heading, rows[1]))
+    assert row["rms_um"] == 1e6 * rungs[1].rms and row["missed_Nm"] == rungs[1].missed
+    made = figure({"lab": rungs})
+    above, below = made.axes
+    for axes, values in ((above, [rung.rms for rung in rungs]), (above, [r.missed for r in rungs])):
+        assert any(np.array_equal(line.get_ydata(), 1e3 * np.array(values)) for line in axes.lines)
+    hollow = [line for line in below.lines if line.get_markerfacecolor() == "white"]
+    assert [line.get_xdata()[0] for line in hollow] == [4, 4]  # of both curves, the last rung
+    texts = above.title, made.get_suptitle() and made._suptitle
+    assert all(text.get_text() and text.get_color() == INK for text in texts)
+
+
+def motion_of(robot, case):
+    xi, xi_dot, xi_ddot = case.reference(np.linspace(0, case.reference.duration, 1001))
+    return fb.ikm2(fb.ikm(fb.igm(robot, xi), xi_dot), xi_ddot)
+
+
+def test_the_haptic_robot_is_of_aluminium_bars():
+    """Uniform bars of 15 x 4 mm, 2.7 g a cubic centimetre: half a distal bar's mass goes to each of its ends."""
+    robot = CASES["haptic"].robot
+    proximal, distal = (2.7e3 * 0.015 * 0.004 * length for length in (0.07, 0.09))
+    assert robot.m == pytest.approx(0.02 + distal)
+    assert robot.zz1 == pytest.approx(1e-6 + proximal * 0.07**2 / 3 + distal / 2 * 0.07**2)
+    assert robot.zz12 == pytest.approx(distal * 0.09**2 / 3 - distal / 2 * 0.09**2)
+    assert robot.fs1 == robot.fs2 == 1e-3 and robot.d == 0 and not any(robot.gravity)
 
 
 @pytest.mark.deep

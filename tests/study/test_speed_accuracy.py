@@ -6,15 +6,20 @@ import re
 import signal
 import tempfile
 import time
+from base64 import b64encode
+from dataclasses import replace
+from html import escape, unescape
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from fivebar.base.workers import WorkersDied
 from fivebar.cli import main
 from fivebar.study.speed_accuracy import catalogue, making, runner
 from fivebar.study.speed_accuracy.findings import caption, failures, tables, words_of
-from fivebar.study.speed_accuracy.picture import panels
+from fivebar.study.speed_accuracy.page import write_page
+from fivebar.study.speed_accuracy.picture import draw, method_styles, panels
 from fivebar.study.speed_accuracy.runner import Worker, run
 from fivebar.study.speed_accuracy.store import Partial, Result
 from tests.helpers import toy_chart
@@ -56,7 +61,6 @@ def test_every_failure_is_a_row_with_a_word(toy_result):
     assert all(row["seconds"] > 0 for row in toy_result.rows if row["status"] != "left out")
 
 
-@pytest.mark.deep
 def test_failures_are_on_the_chart(toy_result):
     panel = toy_result.chart.panels[0][0]
     strip = panels(toy_result).axes[1]
@@ -69,6 +73,65 @@ def test_failures_are_on_the_chart(toy_result):
     ):
         assert any(words in text for text in notes)
     assert sum(len(line.get_xdata()) for line in strip.lines) == 10
+
+
+def test_each_attempt_is_a_point_on_the_chart():
+    """By its time or its knob; a method of one knob is a line over all of these."""
+    known = toy_chart.chart()
+    (timed,) = known.panels[0]
+    by_knob = replace(timed, title="by knob", x="knob", xlabel="knob", guide=(0.25, "a guide"))
+    chart = replace(known, panels=((timed, by_knob),))
+    rows = []
+    for method in ("<ours> & mine", "cruder", "after the crash"):
+        for knob in chart.method(method).knobs:
+            seconds = {
+                "seconds": 1e-3 * knob,
+                "seconds_low": 8e-4 * knob,
+                "seconds_high": 2e-3 * knob,
+            }
+            own = {"problem": "p", "method": method, "knob": knob, "status": "ok", "word": ""}
+            rows.append(own | seconds | {"error": 0.1 / knob})
+    figure = draw(Result(chart, {}, rows))
+    left, right = (axes for axes in figure.axes if axes.get_xlabel())
+    styles = method_styles(chart)
+    for axes, x in ((left, "seconds"), (right, "knob")):
+        for method, style in styles.items():
+            own = [(row[x], row["error"]) for row in rows if row["method"] == method]
+            if x == "knob" and len(own) == 1:
+                (line,) = (
+                    line
+                    for line in axes.lines
+                    if line.get_linestyle() == "--" and len(line.get_xdata()) == 2
+                )
+                assert line.get_xydata().tolist() == [[1, 0.1], [8, 0.1]]
+                assert line.get_color() == style["color"] and line.get_linewidth() == style["lw"]
+            elif own:
+                drawn = [line for line in axes.lines if line.get_marker() == style["marker"]]
+                assert [line.get_xydata().tolist() for line in drawn] == [list(map(list, own))]
+    bars = [bar.tolist() for each in left.collections for bar in each.get_segments()]
+    assert [[8e-4, 0.1], [2e-3, 0.1]] in [np.round(bar, 9).tolist() for bar in bars]
+    assert len(bars) == len(rows) and not right.collections
+    guide = next(line for line in right.lines if line.get_linestyle() == ":")
+    assert guide.get_ydata().tolist() == (0.25 * guide.get_xdata()).tolist()
+    assert figure.get_suptitle() == chart.title
+    (legend,) = figure.legends
+    assert len(legend.get_texts()) == len(chart.methods)
+    # Of errors by the step to the first power, whose order is measured.
+    assert legend.get_texts()[1].get_text() == "cruder, measured order 1.00"
+
+
+def test_the_page_has_what_is_found(toy_result, tmp_path):
+    """Names are escaped, the picture is in it, and its links lead to the files beside it."""
+    (tmp_path / "toy.png").write_bytes(b"the picture")
+    write_page(tmp_path / "index.html", {"toy": toy_result})
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "A &lt;toy&gt; &amp; its failures" in page and "<toy>" not in page
+    assert escape(caption(toy_result)) in page and b64encode(b"the picture").decode() in page
+    for _, head, rows in tables(toy_result):
+        assert all(escape(cell) in page for row in (head, *rows) for cell in row)
+    links = re.findall(r'href="([^"]*)"', page)
+    assert {"#toy", "toy.csv", "toy.svg"} <= set(links) and 'id="toy"' in page
+    assert all(f"{key} {value}" in unescape(page) for key, value in toy_result.about.items())
 
 
 def test_caption_is_made_of_the_measurements(toy_result):
