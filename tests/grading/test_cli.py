@@ -160,7 +160,7 @@ def test_files_and_exit_codes(run, tmp_path):
     assert run("grade", SHIFTED, "--fail-under", "25")[0] == 0
 
 
-def test_gradescope_hands_over_a_folder(labs, tmp_path):
+def test_gradescope_hands_over_a_folder(labs, tmp_path, capsys):
     written(tmp_path / "submission" / "anything.py", RIGHT)
     command = [
         "grade",
@@ -172,6 +172,7 @@ def test_gradescope_hands_over_a_folder(labs, tmp_path):
         str(tmp_path / "r.json"),
     ]
     assert main(command) == 0 and json.loads((tmp_path / "r.json").read_text("utf-8"))["score"] == 4
+    assert "graded: submission/anything.py\n" in capsys.readouterr().err
 
 
 def test_a_fault_of_the_lab_is_a_failure(run, labs):

@@ -1,0 +1,322 @@
+"""Pieces of commands by themselves, against numbers of their own: the whole commands take seconds."""
+
+import csv
+import io
+import json
+from argparse import Namespace
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.cli import draw, draw_gcode, draw_place, grade_folder, main, mark
+from fivebar.cli import map as map_command
+from fivebar.grading.intake.hand_in import look_into
+from fivebar.grading.labs import find_lab
+from fivebar.grading.variants import draw_for, robot_for
+from fivebar.grading.worker.replies import Reply
+from fivebar.linkages import Study
+
+ROBOT = fb.FiveBar()
+LAB = fb.load_machine("amoro")
+
+
+def amoro(**more):
+    """The lab's robot as a Machine."""
+    return replace(LAB, **more)
+
+
+def test_each_file_of_a_run_is_named(tmp_path, capsys):
+    page = tmp_path / "page.html"
+    line = "track --from 0.09 0.068 --to 0.08 0.075 --duration 0.1".split()
+    assert main([*line, "--page", str(page), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["files"] == [str(page)]
+    assert "<svg" in page.read_text("utf-8")
+
+
+def test_a_number_that_is_none_is_named_with_its_option(capsys):
+    with pytest.raises(SystemExit):
+        main(["track", "--duration", "long"])
+    said = capsys.readouterr().err
+    assert "argument --duration" in said and "long" in said and "None" not in said
+
+
+def test_a_linkage_needs_its_kind_and_turns_at_its_speed(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["linkage"])
+    assert ended.value.code == 2 and "KIND" in capsys.readouterr().err
+    file = tmp_path / "study.csv"
+    four_bar = ["linkage", "four-bar", "0.2", "0.06", "0.16", "0.14"]
+    for speed in (-0.25, 4.0):
+        assert main([*four_bar, "--speed", str(speed), "--csv", str(file)]) == 0
+        study = Study.from_csv(file)
+        turned = np.ptp(study.t) * abs(speed)
+        assert turned == pytest.approx(2 * np.pi, rel=0.01)
+    for speed in ("0", "inf"):
+        assert main([*four_bar, "--speed", speed, "--csv", str(file)]) == 2
+        assert "--speed must be finite and not 0" in capsys.readouterr().err
+
+
+def test_a_path_on_a_map_is_all_of_it(tmp_path, monkeypatch, capsys):
+    """From its first point to its last, in the frame of the robot."""
+    rows = [f"{t},{50 + 5 * t},{90 + 2.5 * t}" for t in range(0, 9)]
+    (tmp_path / "path.csv").write_text("\n".join(["t (s),x (mm),y (mm)", *rows]), encoding="utf-8")
+    drawn = []
+    monkeypatch.setattr(
+        "fivebar.visualization.plot.maps.singularity_map",
+        lambda data, points, regions, **_: drawn.append(points),
+    )
+    monkeypatch.setattr("fivebar.visualization.plot.panels.in_frame", lambda *_: None)
+    monkeypatch.setattr(map_command, "saved", lambda *_: None)
+    words = ["--path", str(tmp_path / "path.csv"), "--nodes", "9", "--json"]
+    assert main(["map", *words, "--out", str(tmp_path / "map.png")]) == 0
+    (points,) = drawn
+    assert points[0] == pytest.approx((0.05, 0.09)) and points[-1] == pytest.approx((0.09, 0.11))
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    assert steps.sum() == pytest.approx(np.hypot(0.04, 0.02), rel=1e-3) and len(points) > 200
+    assert len(json.loads(capsys.readouterr().out)["path"]) == 4
+
+
+def test_the_load_of_a_map_is_in_the_robots_frame():
+    """A frame that is turned by a right angle turns the force back; a tool gives its own Jacobian."""
+    options = Namespace(load=(3.0, 4.0), torque_limit=0.2)
+    load = map_command._load(options, amoro())
+    assert (
+        load.force == pytest.approx((3.0, 4.0))
+        and map_command._load(Namespace(load=None), LAB) is None
+    )
+    turned = map_command._load(options, amoro(frame=fb.Placement(turn=np.pi / 2)))
+    assert turned.force == pytest.approx((4.0, -3.0))
+    tool = fb.Tool(1, 0.03)
+    with_tool = map_command._load(options, amoro(tool=tool))
+    pose = fb.igm(ROBOT, (0.05, 0.1))
+    np.testing.assert_array_equal(with_tool.jacobian(pose), tool.jacobian(pose))
+    at_end = np.linalg.solve(pose.A, np.diag(pose.B)) if pose.A.ndim == 1 else pose.J
+    np.testing.assert_allclose(load.jacobian(pose), at_end, atol=1e-15)
+
+
+def test_the_largest_board_of_all_places_is_named(monkeypatch):
+    """Of two as large that of the lowest number; places in which none is found do not count."""
+    widths = {1: None, 2: 0.12, 3: 0.18, 4: 0.18}
+
+    def largest(part, margin, ratio):
+        if widths[part.number] is None:
+            raise ValueError("none")
+        width = widths[part.number]
+        return SimpleNamespace(
+            x_min=0.01, x_max=0.01 + width, y_min=0.02, y_max=0.02 + width / ratio
+        )
+
+    monkeypatch.setattr("fivebar.constraints.rectangle.largest_rectangle", largest)
+    parts = [SimpleNamespace(number=number) for number in widths]
+    found = map_command._board(LAB, parts, None, (0.2, 0.1))
+    assert found["scale"] == pytest.approx(0.9) and found["number"] == 3 and not found["fits"]
+    assert found["rectangle_m"] == pytest.approx([0.18, 0.09])
+    assert found["corner_m"] == pytest.approx([0.01, 0.02])
+    assert map_command._board(LAB, parts, None, (0.15, 0.1))["fits"]
+    with pytest.raises(ValueError, match="no aspect holds a board"):
+        map_command._board(LAB, parts[:1], None, (0.2, 0.1))
+
+
+def test_axes_have_the_zeros_and_directions_of_the_options():
+    options = {"robot": "robot.toml", "sign": None, "zero_deg": None}
+    dialect = fb.Gcode()
+    zeros = draw_gcode.machine_of_axes(
+        Namespace(**options | {"zero_deg": (90.0, -45.0)}), LAB, dialect
+    )
+    assert zeros.offset == pytest.approx((np.pi / 2, -np.pi / 4)) and zeros.ratio == (1.0, 1.0)
+    signs = draw_gcode.machine_of_axes(Namespace(**options | {"sign": (-1.0, 1.0)}), LAB, dialect)
+    assert signs.ratio == (-1.0, 1.0) and signs.offset == (0.0, 0.0)
+    assert draw_gcode.machine_of_axes(Namespace(**options), LAB, dialect) is LAB
+
+
+def test_the_modes_of_a_drawing_keep_farthest_from_singularities():
+    path = fb.path([(0.03, 0.1), (0.05, 0.1), (0.05, 0.11)])
+    options = Namespace(working=None, through=False)
+    chosen = draw_place._modes(options, LAB, path)
+    margins = {}
+    for mode in [(a, b) for a in (-1, 1) for b in (-1, 1)]:
+        check = fb.check_path(ROBOT, path.at_unit_speed, mode)
+        if check.singularity_free:
+            margins[mode] = check.min_margin
+    assert chosen == max(margins, key=margins.get) and len(margins) > 1
+    # Modes in which the robot was measured go before, if the path is free there.
+    other = min(margins, key=margins.get)
+    assembly = int(fb.igm(ROBOT, (0.03, 0.1), other).assembly)
+    measured = amoro(measured=((*other, assembly),))
+    assert draw_place._modes(options, measured, path) == other
+    assert draw_place._modes(Namespace(working=(1, -1), through=False), LAB, path) == (1, -1)
+
+
+def test_backlash_moves_the_tip_by_the_worst_of_its_corners():
+    """Both joints off by half of it, either way: the tip by the direct model, of what is drawn only."""
+    xi = np.linspace((0.03, 0.1), (0.06, 0.09), draw.SAMPLES)
+    poses = fb.igm(ROBOT, xi)
+    drawn = np.arange(draw.SAMPLES) < draw.SAMPLES // 2
+
+    def accelerations(t):
+        rows = np.round(t * (draw.SAMPLES - 1)).astype(int)
+        return SimpleNamespace(rates=SimpleNamespace(pose=fb.igm(ROBOT, xi[rows])))
+
+    def motion(tool):
+        held = None if tool is None else SimpleNamespace(tool=tool)
+        return SimpleNamespace(
+            duration=1.0,
+            accelerations=accelerations,
+            pen=lambda t: drawn,
+            path=SimpleNamespace(tool=held),
+        )
+
+    backlash = 1e-6
+    for tool in (None, fb.Tool(2, 0.04, 0.01)):
+        tip = (lambda pose: pose.xi) if tool is None else tool.point
+        off = []
+        for corner in ((1, 1), (1, -1)):
+            q = poses.q[drawn] + backlash / 2 * np.array(corner)
+            moved = fb.dgm(ROBOT, q, poses.assembly[drawn])
+            here = fb.dgm(ROBOT, poses.q[drawn], poses.assembly[drawn])
+            off.append(np.linalg.norm(tip(moved) - tip(here), axis=1).max())
+        assert draw._backlash_error(motion(tool), backlash) == pytest.approx(max(off), rel=1e-4)
+    assert draw._backlash_error(motion(None), 0.0) == 0.0
+
+
+def test_a_certificate_is_told_as_json(tmp_path, capsys):
+    np.savetxt(
+        tmp_path / "path.csv",
+        [(0.05, 0.09), (0.04, 0.09)],
+        delimiter=",",
+        header="x,y",
+        comments="",
+    )
+    assert main(["certify", str(tmp_path / "path.csv"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    pose = fb.igm(ROBOT, (0.05, 0.09))
+    assert told["proved"] is True and told["assembly"] == pose.assembly and told["unproved"] == []
+
+
+class FakeStudent:
+    """A worker whose script ends with a reply."""
+
+    reply = Reply("value", "")
+
+    def __init__(self, submission, isolate, *, limit, total, modules):
+        FakeStudent.modules = modules
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    output = "said"
+
+    def ask(self, kind, calls, given):
+        FakeStudent.asked = calls
+        return [FakeStudent.reply]
+
+
+@pytest.mark.parametrize(
+    "reply, trouble",
+    [
+        (Reply("value", "it ended early"), "it ended early"),
+        (Reply("value", None), ""),
+        (Reply("value", 3), ""),
+        (Reply("exception", None, "boom"), "boom"),
+    ],
+)
+def test_how_a_script_ended_is_its_trouble(reply, trouble, tmp_path, monkeypatch):
+    """Its last words, or how it failed; its own arguments and modules go to it."""
+    monkeypatch.setattr("fivebar.grading.worker.student.Student", FakeStudent)
+    monkeypatch.setattr(FakeStudent, "reply", reply)
+    script, gains = tmp_path / "control.py", tmp_path / "gains.py"
+    script.write_text("import gains\n", encoding="utf-8")
+    gains.write_text("KP = 1\n", encoding="utf-8")
+    tried = mark._of_script(script, ["--fast"], ("task1", 1.0, "process"))
+    assert tried.said == "said" and tried.student == "control" and tried.name == "control.py"
+    assert FakeStudent.modules["gains"] == "KP = 1\n"
+    ((text, name, rest, modules),) = FakeStudent.asked
+    assert (text, name, rest, modules) == ("import gains\n", "control.py", ["--fast"], ["gains"])
+    told = [part for part in tried.trouble.split("; ") if part]
+    ends = [part for part in told if trouble and trouble in part]
+    assert bool(ends) == bool(trouble) and "None" not in tried.trouble and "3" not in told
+
+
+def test_one_script_is_marked_with_its_own_arguments(tmp_path, monkeypatch, capsys):
+    script = tmp_path / "control.py"
+    script.write_text("", encoding="utf-8")
+    tracking = {"points": 3.0, "of": 5.0, "largest_error_m": 2e-3}
+    asked = []
+
+    def tried(*given):
+        asked.append(given)
+        return mark.Tried("control", "control.py", tracking, said="hello\n")
+
+    monkeypatch.setattr(mark, "_tried", tried)
+    files = dict.fromkeys(("record", "plot", "animate"))
+    options = Namespace(script=str(script), mark="task1", until=2.0, json=True, **files)
+    mark.mark(options, ["--own", "x"])
+    told = capsys.readouterr()
+    assert json.loads(told.out) == {"tracking": tracking, "trouble": ""} and told.err == "hello\n"
+    ((student, name, text, rest, modules, how),) = asked
+    assert (student, name, text, rest, modules) == ("control", "control.py", "", ["--own", "x"], {})
+    assert how[:2] == ("task1", 2.0)
+
+
+def test_marks_of_a_course_are_a_table(tmp_path, capsys):
+    tracking = {"points": 3.0, "of": 5.0, "largest_error_m": 2.00004e-3}
+    mark._print_table(
+        [mark.Tried("anna", "control.py", tracking), mark.Tried("=bob", "", None, "no controller")]
+    )
+    head, anna, bob = csv.reader(io.StringIO(capsys.readouterr().out))
+    assert tuple(head) == mark.COLUMNS and anna == ["anna", "control.py", "3.0", "5.0", "2.0", ""]
+    # A name that a spreadsheet would take for a formula is none.
+    assert (
+        bob[0] != "=bob"
+        and bob[0].endswith("=bob")
+        and bob[1:] == ["", "", "", "", "no controller"]
+    )
+    folder = tmp_path / "carla"
+    folder.mkdir()
+    (folder / "control.py").write_text("", encoding="utf-8")
+    (folder / "notes.txt").write_text("x", encoding="utf-8")
+    (hand_in,) = mark._hand_ins(folder)
+    programs, left = look_into(folder)
+    assert hand_in.student == "carla" and hand_in.paths == (folder,)
+    assert hand_in.programs == tuple(programs) and hand_in.left == tuple(left) and left
+
+
+def test_what_a_gradebook_lacks_is_told(capsys):
+    course = SimpleNamespace(graded=[], without_mark=dict)
+    filled = SimpleNamespace(count=2, no_hand_in=1, no_row=["anna", "bob"])
+    grade_folder._print_course(course, filled)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [
+        "gradebook.csv: marks: 2; rows without a hand-in: 1",
+        "gradebook.csv: no row, or several, for anna, bob",
+    ]
+    grade_folder._print_course(course, None)
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("name", ["lab1", "lab8"])
+def test_each_student_gets_a_robot_of_his_own(name, tmp_path, capsys):
+    """In student.py, or by the files of a lab that has him find it."""
+    (tmp_path / "ids.txt").write_text("anna\nbob\nANNA\n", encoding="utf-8")
+    lab = find_lab(name)
+    arguments = Namespace(hand_out=tmp_path / "ids.txt", out=tmp_path / "out")
+    grade_folder.hand_out(arguments, lab, b"a long secret")
+    written = capsys.readouterr().out.split()
+    assert sorted(path.name for path in arguments.out.iterdir()) == ["anna", "bob"]
+    texts = []
+    for student in ("anna", "bob"):
+        folder = arguments.out / student
+        robot = robot_for(student, b"a long secret", lab.robot())
+        files = lab.files_for(robot, draw_for(b"a long secret", student, lab.name))
+        expected = {"student.py": lab.template(None if files else robot)} | (files or {})
+        found = {path.name: path.read_text("utf-8") for path in folder.iterdir()}
+        assert found == expected and (name == "lab8") == bool(files)
+        assert all(str(folder / each) in written for each in expected)
+        texts.append(found)
+    assert texts[0] != texts[1]
