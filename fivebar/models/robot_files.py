@@ -13,7 +13,7 @@ from ..base.tables import TextFile, file_or_path, whole_text
 from .config_g import config_table
 from .named_robots import ROBOTS, NamedRobot
 from .parameter_units import table_in_si
-from .parameters import kind_that_knows, refuse_unknown, robot_of
+from .parameters import kind_that_knows, robot_of
 from .robots import Biglide, FiveBar
 
 READERS: dict[str, Any] = {".toml": tomllib.loads, ".json": json.loads, ".g": config_table}
@@ -89,8 +89,7 @@ def read_robot(path: TextFile) -> RobotFile:
             raise ValueError("a robot is a table of its parameters by name")
         kind = _kind_of(table)
         own = {name: table[name] for name in table if name not in ("kind", *SECTIONS)}
-        tables = {name: part for name, part in own.items() if isinstance(part, dict)}
-        refuse_unknown("the tables of this file", tables, ("links", *SECTIONS))
+        _refuse_tables(own)
         kind = kind or kind_that_knows(own)
         table = table_in_si(table, kind.turns)
         with catch_warnings():
@@ -105,6 +104,17 @@ def read_robot(path: TextFile) -> RobotFile:
         [f"{f.name} = {f.default:g}" for f in needed if f.name not in table],
         name,
     )
+
+
+def _refuse_tables(own):
+    """Refuse tables of other names, as [robot]."""
+    unknown = [name for name in own if isinstance(own[name], dict) and name != "links"]
+    if unknown:
+        raise ValueError(
+            f"there is no table {', '.join(unknown)}; the known ones are links,"
+            f" {', '.join(SECTIONS)}. Lengths and masses stand in none of them, but at the top,"
+            ' before the first table: l11 = "90 mm"'
+        )
 
 
 def _kind_of(table):

@@ -78,6 +78,7 @@ def test_what_only_one_kind_has_says_which_it_is(tmp_path):
         ('kind = "gantry"\n', 'kind must be "five-bar" or "biglide", not \'gantry\''),
         ('kind = "biglide"\nl11 = 0.1\n', "no parameter l11 of a biglide robot"),
         ('kind = "five-bar"\nl1 = 0.1\n', "no parameter l1 of a five-bar robot"),
+        ("[robot]\nl11 = 0.1\n", "no table robot; .*at the top, before the first table"),
         (
             'kind = "biglide"\nl1 = 0.1\n[links]\n11 = 0.1\n',
             "no parameter links of a biglide robot",
