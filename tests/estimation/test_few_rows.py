@@ -133,3 +133,58 @@ def test_modes_of_a_leg_that_is_nearly_stretched_are_not_taken_by_chance():
         fb.calibrate(JIG, data, OFFSETS, sigma=2e-4)
     found = fb.calibrate(JIG, data, OFFSETS, sigma=1e-7)
     assert list(found.values.values()) == pytest.approx(TRUE, abs=1e-9)
+
+
+def ten_unknowns(seed, spread):
+    """Data of five exact points of an AMORO robot built otherwise, and its lengths."""
+    rng = np.random.default_rng(seed)
+    nominal = fb.FiveBar()
+    true = {name: getattr(nominal, name) * (1 + spread * rng.normal()) for name in LENGTHS}
+    offset, base, turn = (
+        rng.uniform(-0.3, 0.3, 2),
+        rng.uniform(-0.02, 0.02, 2),
+        rng.uniform(-0.1, 0.1),
+    )
+    xi = np.stack([rng.uniform(-0.05, 0.05, FEW), rng.uniform(0.06, 0.12, FEW)], axis=1)
+    pose = fb.igm(fb.FiveBar(**true), xi)
+    along, across = np.cos(turn), np.sin(turn)
+    x, y = (xi @ [[along, across], [-across, along]] + base).T
+    q1, q2 = (pose.q - offset).T
+    return dict(q1=q1, q2=q2, x=x, y=y, assembly=pose.assembly), true
+
+
+ALL = (*LENGTHS, *OFFSETS, "x0", "y0", "turn")
+
+
+def test_solutions_a_millimetre_apart_are_two():
+    data, true = ten_unknowns(21, 0.02)
+    with pytest.raises(ValueError, match="2 solutions fit"):
+        fb.calibrate(fb.FiveBar(), data, ALL)
+    near = fb.calibrate(fb.FiveBar(**true), data, ALL, priors={"l22": 1e-4}, sigma=1e-6)
+    assert near.values["l22"] == pytest.approx(true["l22"], abs=1e-9)
+
+
+def test_a_length_far_off_is_not_taken_from_rows_that_check_nothing():
+    """The lengths are 15 % off, beyond what is looked for; least squares find others that fit."""
+    data, _ = ten_unknowns(3, 0.15)
+    with pytest.raises(
+        ValueError, match="leave none over to check .* l11 would be 118 mm in place of 90 mm"
+    ):
+        fb.calibrate(fb.FiveBar(), data, ALL)
+    kept = fb.calibrate(fb.FiveBar(), data, ALL, mistakes="keep")
+    assert kept.values["l11"] == pytest.approx(0.118, abs=1e-3)
+
+
+@pytest.mark.deep
+def test_ten_unknowns_of_five_rows_are_right_or_refused():
+    right = 0
+    for seed in range(40):
+        data, true = ten_unknowns(seed, 0.02)
+        try:
+            found = fb.calibrate(fb.FiveBar(), data, ALL)
+        except ValueError as error:
+            assert "solutions fit" in str(error)
+            continue
+        assert [found.values[name] for name in LENGTHS] == pytest.approx([*true.values()], abs=1e-7)
+        right += 1
+    assert right >= 15

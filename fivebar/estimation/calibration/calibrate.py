@@ -27,6 +27,7 @@ from ...base.tables import FilePath
 from ...models.robots import FiveBar
 from ...paths.tool import Tool
 from .backlash import told
+from .few_rows import CHANGED
 from .fit import (
     CLEAR,
     LOSSES,
@@ -38,7 +39,7 @@ from .fit import (
     solve_by_loops,
     weighted_by_loops,
 )
-from .measured_robot import PLACE, UNKNOWNS, length_ok, place, sizes, values_of
+from .measured_robot import LENGTHS, PLACE, UNKNOWNS, length_ok, place, sizes, values_of
 from .mistakes import CHECKED, find_mistakes
 from .result import Calibration
 from .rows import rows_of
@@ -330,6 +331,15 @@ def _refuse_far_misses(task, p, assembly):
             " deg mm), or has one the wrong sign? Is all unknown that is not known (offsets, the"
             " frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes this fit as it is"
         )
+    for name in LENGTHS:
+        now, before = (1e3 * values[PLACE[name]] for values in (p, task.start))
+        if task.left_over <= 0 and abs(now - before) > CHANGED * 1e3 * task.bar:
+            raise ValueError(
+                f"{len(task.rows.numbers)} measured numbers for {len(task.free)} unknowns leave"
+                f" none over to check the fit with, and {name} would be {now:.4g} mm in place of"
+                f" {before:.4g} mm: measure more rows, or give values to begin with (start, on the"
+                " command line --start). mistakes='keep' (--mistakes keep) takes this fit as it is"
+            )
 
 
 def _with_possible_lengths(task):

@@ -19,14 +19,15 @@ from .measured_robot import PLACE, UNITS, bars_off, seen, sines_at
 
 FEW = 5  # rows
 STARTS = 9  # 2 to the power of it, and eight times as many with a frame among the unknowns
-STEPS = 15, 40  # of the search: with the start's lengths, then with all unknowns
-KEPT = 512  # places that the first steps end in, the best, from which all unknowns go on
+# Of the search: with the start's lengths, with all unknowns, and of those ends that fit.
+STEPS = 15, 40, 100
+KEPT = 512  # places that steps end in, the best, from which they go on
 CELL = 0.05  # of the unknowns' sizes: starts that end nearer to each other end in one place
 CHANGED = 0.1  # of a length, beyond which no five-bar is built so wrong
 EXACT = 1e-3  # of a mean bar: scatter of points whose sigma is not given
 FAR = 5.0  # standard deviations: what fits worse by more is no solution
 WORST = 2e-2  # of a mean bar: rms by which the legs may miss the points
-APART = 0.05  # of the unknowns' sizes: values that differ by less are one solution
+APART = 1e-3  # of the unknowns' sizes: values that differ by less are one solution
 UNTOLD = 1e-6  # of the largest singular value: combinations that few rows do not tell
 TURNS = [5, 6, 11]  # places of the angles
 NAMED = 8  # solutions in a message
@@ -79,14 +80,13 @@ def solutions(task: LeastSquares) -> tuple[ndarray, ndarray]:
     z = np.zeros((len(starts.points), len(task.free) + starts.missing.sum()))
     lengths = np.append(task.free, np.full(starts.missing.sum(), -1)) // 5 == 0
     z, cost = _descend(task, starts, z, STEPS[0], ~lengths)
-    best = _best_of_each_place(task, starts, z, cost)
-    starts = replace(starts, p=starts.p[:, best], points=starts.points[best])
-    z, cost = _descend(task, starts, z[best], STEPS[1], np.ones_like(lengths))
-    known = 0 if task.prior is None else np.count_nonzero(task.prior)
-    spare = max(len(task.rows.numbers) + known - len(task.free), 1)
+    for steps, cell in zip(STEPS[1:], (CELL, APART)):
+        best = _best_of_each_place(task, starts, z, cost, cell)
+        starts = replace(starts, p=starts.p[:, best], points=starts.points[best])
+        z, cost = _descend(task, starts, z[best], steps, np.ones_like(lengths))
     least = cost.min()
     scatter = task.sigma / task.bar or EXACT
-    variance = max(scatter**2, least / spare)
+    variance = max(scatter**2, least / max(task.left_over, 1))
     good = (cost < least + FAR**2 * variance) & (
         cost < 2 * n * max(WORST, FAR * task.sigma / task.bar) ** 2
     )
@@ -110,7 +110,7 @@ def solutions(task: LeastSquares) -> tuple[ndarray, ndarray]:
     return values[:, chosen].T, modes[chosen]
 
 
-def _best_of_each_place(task, starts, z, cost):
+def _best_of_each_place(task, starts, z, cost, cell):
     """Return the numbers of the starts that ended best, one of each place."""
     values, points = starts.moved(task, z)
     values[TURNS] = wrap(values[TURNS])
@@ -118,7 +118,7 @@ def _best_of_each_place(task, starts, z, cost):
         [(values[task.free] / task.size[:, None]).T, points[:, starts.missing] / task.bar]
     )
     order = np.argsort(cost, kind="stable")
-    _, first = np.unique(np.round(ends[order] / CELL), axis=0, return_index=True)
+    _, first = np.unique(np.round(ends[order] / cell), axis=0, return_index=True)
     return order[np.sort(first)[:KEPT]]
 
 

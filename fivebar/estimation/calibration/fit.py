@@ -80,6 +80,12 @@ class LeastSquares:
     def names(self) -> tuple[str, ...]:
         return tuple(UNKNOWNS[k] for k in self.free)
 
+    @property
+    def left_over(self) -> int:
+        """How many more numbers are measured, or known by priors, than there are unknowns."""
+        known = 0 if self.prior is None else np.count_nonzero(self.prior)
+        return int(len(self.rows.numbers) + known - len(self.free))
+
     @cached_property
     def bar(self) -> float:
         """Mean bar of the start, m."""
