@@ -4,13 +4,14 @@ Every limit is a row a u + b x + v sqrt(x) + c <= 0 with x = s'^2, u = x_s / 2. 
 stretch, and X a function of s with a X_s / 2 + b X + v sqrt(X) + c > 0 throughout. A motion with x
 <= X at the start of the stretch stays below: where it first met X it would have x_s <= -2 (b X + v
 sqrt(X) + c) / a < X_s. So X bounds it, whatever else limits it; where a < 0 the same holds
-backwards from the stretch's end. Here X is a parabola with X_s / 2 = u0 + (u1 - u0) t, the row's
-left side a polynomial of degree 4 in t but for what `bounds` leaves open, and its Bernstein
-coefficients, all kept above 0, prove the sign. Where two rows leave no u at all, x is bounded at
-once (the maximum velocity curve). With friction or motors' lines they may leave u again for a
-larger x. A motion whose x is bounded within such a gap is below the gap. So every motion has
-sqrt(x) below the square root of the least of these curves, and its time is at least the integral of
-one over it.
+backwards from the stretch's end. Here each row is u <= beta x + gamma for all x >= 0 that a motion
+may have, with beta and gamma linear in t, from 0 to 1 along the stretch. X is a parabola with
+X_s / 2 = u0 + (u1 - u0) t that has X_s / 2 >= beta X + gamma: the Bernstein coefficients of this
+polynomial of degree 3 are linear in u0, u1 and X at the start. Where two rows leave no u at all, x
+is bounded at once (the maximum velocity curve). With friction or motors' lines they may leave u
+again for a larger x. A motion whose x is bounded within such a gap is below the gap. So every
+motion has sqrt(x) below the square root of the least of these curves, and its time is at least the
+integral of one over it.
 """
 
 from __future__ import annotations
@@ -25,12 +26,8 @@ from .constraint_rows import PARTS, ConstraintRows
 MARGIN = 1e-9
 # Bernstein coefficients of t (1 - t).
 BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)
-STEPS = 12  # of Newton
-NUDGE = 1e-5  # of x, for its slopes
+STEPS = 12  # in which rows are chosen, and sqrt(x) is bounded more closely
 CLOSE = 1e-8  # of x
-LOOSE = 1e-6  # of x, which Newton steps may leave above the parabolas
-TRIES = 3  # at rows, or until one bounds
-WIDENINGS = 14  # of the range of x and u, in which a parabola is proved
 
 
 class Ceiling(NamedTuple):
@@ -132,22 +129,30 @@ def ceiling(
 ) -> Ceiling:
     """Return the Ceiling of n stretches of these lengths, m.
 
-    At the nodes x <= top (n + 1,), and x is in none of their gaps.
+    At the nodes x <= top (n + 1,), and x is in none of their gaps. Each step takes on each stretch
+    the row that ends lowest from the last x, forwards and backwards. Every choice is a bound.
     """
-    n = len(length)
-    back = slice(None, None, -1)
-    forward = _table(rows)
-    backward = _table(rows.turned(np.ones(n, dtype=bool)))[..., back]
-    x, ahead = _swept(top, forward, length, gaps)
-    stuck = np.flatnonzero(ahead[2] < 0) + 1
-    if not len(stuck):
-        x, behind = _swept(x[back], backward, length[back], gaps[..., back])
-        x = x[back]
-        behind = behind[:, back]
-        stuck = np.flatnonzero(behind[2] < 0)
+    turned = rows.turned(np.ones(len(length), dtype=bool))
+    high = np.full(len(length), np.inf)
+    x = top
+    for step in range(STEPS):
+        before = x
+        if step == 0 or rows.parts["v"].any():
+            forward = _parabolas(rows, length, high)
+            backward = _parabolas(turned, length, high)
+        x = _recurrence(x, *_lowest(forward, x[:-1], length)[1])
+        slope, offset = _lowest(backward, x[1:], length)[1]
+        x = _recurrence(x[::-1], slope[::-1], offset[::-1])[::-1]
+        x = _below_gaps(x, gaps)
+        ahead = _lowest(forward, x[:-1], length)[0]
+        behind = _lowest(backward, x[1:], length)[0]
+        for start, (u0, _, end) in ((x[:-1], ahead), (x[1:], behind)):
+            high = np.fmin(high, np.maximum(np.maximum(start, start + length * u0), end))
+        if np.allclose(x, before, rtol=CLOSE, atol=0.0):
+            break
+    stuck = np.append(np.flatnonzero(ahead[2] < 0) + 1, np.flatnonzero(behind[2] < 0))
     if len(stuck):
-        return Ceiling(x, np.zeros(n), np.zeros(n), int(stuck[0]))
-    ahead = _above(x[:-1], forward, length)
+        return Ceiling(x, 0 * length, 0 * length, int(stuck[0]))
     slopes = np.abs([*ahead[:2], *behind[:2]])
     size = np.where(np.isfinite(slopes), slopes, -np.inf).max(axis=0)
     time = _least_time(x[:-1], ahead, x[1:], behind, length)
@@ -156,168 +161,96 @@ def ceiling(
     return Ceiling(x, time, np.where(size < 0, np.inf, size), None)
 
 
-def _swept(top, table, h, gaps):
-    """Return (x at the nodes (n + 1,), parabolas (3, n) from each to the next); where x is less
-    than `top`, no parabola ends above it.
+def _parabolas(rows, h, high):
+    """Return slopes and offsets in x0 (2, 4, rows, n) of u0 and of three least u1 of a parabola.
 
-    Newton steps on all nodes at once come close; then x is raised wherever it is not proved,
-    and let down where it is far above what is.
+    high (n,): of x on the stretch, inf where it is not known. Each row is u <= beta x + gamma, both
+    linear in t. On the parabola the Bernstein coefficients of u - beta x - gamma are 0 or more.
     """
-    n = len(h)
-    # Where x is free at first, it is taken to grow as it does from rest.
-    grown = _above(np.zeros(n), table, h)[2]
-    x = np.cumsum(np.insert(np.where(np.isfinite(grown), np.maximum(grown, 0.0), 0.0), 0, 0.0))
-    x = np.where(np.isinf(top), x, top)
-    for _ in range(STEPS):
-        before = x
-        less = before * (1 - NUDGE)
-        end = _above(before[:-1], table, h)[2]
-        with np.errstate(all="ignore"):
-            slope = (end - _above(less[:-1], table, h)[2]) / (before - less)[:-1]
-        below = _below_gaps(end, gaps[..., 1:])
-        slope = np.where(below < end, 0.0, slope)
-        end = below
-        x = _recurrence(top, end, np.where(np.isfinite(slope), slope, 0.0), before)
-        if np.allclose(x, before, rtol=CLOSE, atol=0.0):
-            break
-    curves = np.empty((3, n))
-    moved = np.arange(n)
-    while len(moved):
-        curves[:, moved] = _above(x[moved], table[..., moved], h[moved])
-        end = np.minimum(curves[2, moved], top[moved + 1])
-        end = _below_gaps(end, gaps[..., moved + 1])
-        known = x[moved + 1]
-        more = (end > known) | (end < known * (1 - LOOSE))
-        moved = moved[more] + 1
-        x[moved] = end[more]
-        moved = moved[moved < n]
-    return x, curves
+    v = rows.parts["v"]
+    known = np.isfinite(high)
+    root = np.sqrt(np.where(known, np.maximum(high, 1e-300), 1.0))
+    positive = v.min(axis=0) >= 0
+    negative = np.where(v.max(axis=0) <= 0, v, v.min(axis=0))
+    tangent = 1 / (2 * root)
+    with np.errstate(all="ignore"):
+        by_x = np.where(positive, v * known / root, negative * tangent)
+        beta0, beta1 = _quotient(rows, "b", by_x, tangent)
+        gamma0, gamma1 = _quotient(
+            rows, "c", np.where(positive, 0.0, negative * root / 2), root / 2
+        )
+        # The parabola's middle is (1 + h beta0) x0 + h gamma0.
+        first = 2 - h * beta0
+        last = np.where(h * beta1 < 1, 1 - h * beta1, np.nan)
+        both = h * (2 * beta1 + beta0)
+        slopes = [
+            beta0,
+            beta1 + 2 * h * beta0**2,
+            (2 * beta1 + both * beta0) / first,
+            (1 + h * beta0) * beta1 / last,
+        ]
+        offsets = [
+            gamma0,
+            gamma1 + 2 * h * beta0 * gamma0,
+            (2 * gamma1 + both * gamma0) / first,
+            (gamma1 + h * beta1 * gamma0) / last,
+        ]
+    return np.where(first > 0, [slopes, offsets], np.nan)
 
 
-def _recurrence(top, end, slope, about):
-    """Return x (n + 1,) with x[i + 1] = end[i] + slope[i] (x[i] - about[i]), from 0 to top."""
-    x = [float(top[0])]
-    for most, value, steep, old in zip(*(each.tolist() for each in (top[1:], end, slope, about))):
-        here = value + steep * (x[-1] - old) if steep else value
-        x.append(max(min(most, here + CLOSE * abs(here)), 0.0))
-    return np.array(x)
-
-
-def _table(rows):
-    """Return (20, rows, n): a, b, v, c at three places, then bend and slack; a is nan in a row that
-    bounds nothing.
+def _quotient(rows, name, of_v, most):
+    """Return both ends (2, rows, n) of a line: a times it is at least minus the part of this name
+    and of_v (3, rows, n), what v leaves open times `most` included; nan where a may be 0.
     """
     a = rows.parts["a"]
     ends = np.minimum(a[0], a[2])
-    middle = a[1] - rows.bend["a"] / 2
-    least = np.minimum(ends, middle) - rows.slack["a"]
+    least = np.minimum(ends, a[1] - rows.bend["a"] / 2) - rows.slack["a"]
     largest = a.max(axis=0)
-    positive = least > 1e-6 * largest
-    counts = largest > 1e-9 * largest.max(axis=0)
-    parts = [rows.parts[name] for name in PARTS]
-    parts[0] = np.where(positive & counts, a, np.nan)
-    bend = [rows.bend[name][None] for name in PARTS]
-    slack = [rows.slack[name][None] for name in PARTS]
-    return np.concatenate(parts + bend + slack)
+    counts = (least > 1e-6 * largest) & (largest > 1e-9 * largest.max(axis=0))
+    f = rows.parts[name] + of_v
+    first = -f[0] / a[0]
+    last = -f[2] / a[2]
+    size = np.maximum(np.abs(first), np.abs(last))
+    # Of the Bernstein coefficients of what is left, the outer ones are 0.
+    inner = a[0] * last + 2 * a[1] * first + f[0] + 2 * f[1]
+    inner = np.minimum(inner, a[2] * first + 2 * a[1] * last + f[2] + 2 * f[1])
+    bend, slack = (
+        table["a"] * size + table[name] + table["v"] * most for table in (rows.bend, rows.slack)
+    )
+    short = np.maximum(-inner / 4, 0.0) + bend / 4 + slack + MARGIN * (name == "c")
+    return np.stack([first, last]) + short / np.where(counts, least, np.nan)
 
 
-def _above(x0, table, h):
-    """Return (3, m): u0, u1, x1 of the lowest of the rows' parabolas from x0 (m,) that no motion
-    can pass, inf where none bounds.
+def _lowest(parabolas, x0, h):
+    """Return (u0, u1, x1) (3, n) of the rows' parabola that ends lowest from x0 (n,), inf where
+    none bounds, and slope and offset of a line through x1 that is above its end from any lower x0.
     """
-    best = np.full((3, len(h)), np.inf)
-    a0, _, _, b0, _, b1, v0, _, v1, c0, _, c1 = table[:12]
+    start = np.where(np.isfinite(x0), x0, 0.0)
     with np.errstate(all="ignore"):
-        root = np.sqrt(x0)
-        u0 = -(b0 * x0 + c0 + v0 * root) / a0
-        y = x0 + h * u0
-        steep = table[2] + b1 * h
-        rest = b1 * y + c1
-        u1 = -rest / steep
-        if v1.any():
-            u1 = -(rest + v1 * np.sqrt(np.maximum(y + h * u1, 0.0))) / steep
-        guess = u0 + u1
-        guess = np.where((steep > 0) & np.isfinite(guess), guess, np.inf)
-        # A row's parabola ends above its guess, far above it where its a is nearly 0.
-        left = np.arange(len(h))
-        for tries in range(len(guess)):
-            if tries >= TRIES:
-                left = left[np.isinf(best[2, left])]
-            k = guess[:, left].argmin(axis=0)
-            least = guess[k, left]
-            open_ = x0[left] + h[left] * least < best[2, left]
-            left = left[open_]
-            if not len(left):
-                break
-            k = k[open_]
-            found = _parabola(x0[left], table[:, k, left], h[left], least[open_])
-            lower = found[2] < best[2, left]
-            best[:, left[lower]] = found[:, lower]
-            guess[k, left] = np.inf
-    return best
+        values = parabolas[0] * start + parabolas[1]
+        u1 = values[1:].max(axis=0)
+        end = start + h * (values[0] + u1)
+        k = np.where(np.isnan(end), np.inf, end).argmin(axis=0)
+        columns = np.arange(len(k))
+        end = end[k, columns]
+        slopes, offsets = parabolas[:, :, k, columns]
+        offset = h * (offsets[0] + offsets[1:].max(axis=0))
+        steepest = 1 + h * (slopes[0] + slopes[1:].max(axis=0))
+        slope = np.where(start > 0, (end - offset) / start, steepest)
+        curve = np.stack([values[0, k, columns], u1[k, columns], end])
+    free = np.isnan(end) | np.isinf(x0)
+    return np.where(free, np.inf, curve), np.where(
+        np.isnan(end), [[0.0], [np.inf]], [slope, offset]
+    )
 
 
-def _parabola(x0, rows, h, guess):
-    """Return (3, m): u0, u1, x1 by one row (20, m) each, `guess` about u0 + u1; inf where it bounds
-    nothing.
-    """
-    result = np.full((3, len(h)), np.inf)
-    left = np.arange(len(h))
-    x1 = x0 + h * guess
-    loose = 1e-3
-    for _ in range(WIDENINGS):
-        a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1 = rows[:12]
-        a_bend, b_bend, v_bend, c_bend, a_slack, b_slack, v_slack, c_slack = rows[12:]
-        high = np.maximum(x0, x1) * (1 + loose)
-        low = np.maximum(np.minimum(x0, x1) * (1 - loose), 0.0)
-        if loose > 1:
-            high = np.where(low == 0, 2 * high, high)
-        r_high = np.sqrt(high)
-        root = r_high
-        if rows[6:9].any():
-            # Least v sqrt(X) by parts of one sign.
-            positive = (v0 > 0) & (vm > 0) & (v1 > 0)
-            mixed = ~positive & ((v0 > 0) | (vm > 0) | (v1 > 0))
-            v0, vm, v1 = np.where(mixed, rows[6:9].min(axis=0), rows[6:9])
-            root = np.where(positive, np.sqrt(low), r_high)
-        slope = np.abs(guess)
-        size = 1.5 * np.maximum(slope, 1e-300) + loose * slope
-        open_ = a_slack * size + b_slack * high + v_slack * r_high + c_slack + MARGIN
-        bend = a_bend * size + b_bend * high + v_bend * r_high + c_bend
-        drag0 = v0 * root
-        drag1 = v1 * root
-        u0 = -(b0 * x0 + drag0 + c0 - open_) / a0
-        y = x0 + h * u0
-        # The row's Bernstein coefficients 1 to 4 are p + q u1.
-        rest1 = (drag0 + vm * root + c0 + cm) / 2
-        rest2 = (drag0 + 4 * vm * root + drag1 + c0 + 4 * cm + c1) / 6
-        rest3 = (vm * root + drag1 + cm + c1) / 2
-        p = (
-            (a0 + 2 * am) * u0 / 4 + (b0 * y + bm * x0) / 2 + rest1,
-            (2 * am + a1) * u0 / 6 + (b0 * y + 4 * bm * y + b1 * x0) / 6 + rest2,
-            a1 * u0 / 4 + (bm + b1) * y / 2 + rest3,
-            b1 * y + drag1 + c1,
-        )
-        q = (a0 / 4, (a0 + 2 * am) / 6 + b0 * h / 6, (2 * am + a1) / 4 + bm * h / 2, a1 + b1 * h)
-        terms = [(open_ + bend * bump - p_j) / q_j for bump, p_j, q_j in zip(BUMP[1:], p, q)]
-        u1 = np.max(terms, axis=0)
-        end = x0 + h * (u0 + u1)
-        steepest = np.maximum(np.abs(u0), np.abs(u1))
-        # No motion is below 0: a parabola that ends there is a bound if it counts roots from 0 on.
-        above = (low == 0) | (low <= np.minimum(np.minimum(x0, end), y))
-        below = np.maximum(np.maximum(x0, end), y) <= high
-        never = np.min(q, axis=0) <= 0
-        proved = (steepest <= size) & above & below & ~never
-        result[:, left[proved]] = np.stack([u0, u1, end])[:, proved]
-        more = ~(proved | never)
-        left = left[more]
-        if not len(left):
-            break
-        guess = np.copysign(np.maximum(slope, steepest), guess)[more]
-        loose = loose * 2
-        x0, x1, h = x0[more], end[more], h[more]
-        rows = rows[:, more]
-    return result
+def _recurrence(top, slope, offset):
+    """Return x (n + 1,) at the ends of these lines (n,), from one to the next, from 0 to top."""
+    x = [float(top[0])]
+    for most, steep, value in zip(top[1:].tolist(), slope.tolist(), offset.tolist()):
+        end = steep * x[-1] + value if x[-1] < np.inf else np.inf
+        x.append(max(min(most, end), 0.0))
+    return np.array(x)
 
 
 def duration(h: np.ndarray, x0: np.ndarray, x1: np.ndarray, bent: np.ndarray) -> np.ndarray:
@@ -334,30 +267,13 @@ def duration(h: np.ndarray, x0: np.ndarray, x1: np.ndarray, bent: np.ndarray) ->
 
 
 def _least_time(x0, ahead, x1, behind, h):
-    """Return the least times (n,) below both curves, from x0 on and back from x1."""
+    """Return the least times (n,) below either curve, from x0 on or back from x1."""
     best = np.zeros(len(h))
-    curves = []
-    with np.errstate(all="ignore"):
-        for start, (u0, u1, end) in ((x0, ahead), (x1, behind)):
-            bent = (u1 - u0) / h
-            bounds = np.minimum(np.minimum(start + h * u0, start), end) >= 0
-            bounds &= end < np.inf
-            time = duration(h, start, end, bent)
-            best = np.where(bounds, np.maximum(best, time), best)
-            curves.append((start, u0, bent, end, bounds))
-        (f0, fu, fk, f1, ahead_bounds), (g1, gu, gk, g0, behind_bounds) = curves
-        # Where they meet: any place is valid, as below both is below either.
-        a = fk - gk
-        b = 2 * (fu + gu + gk * h)
-        c = f0 - g0
-        root = b * b - 4 * a * c
-        s = -2 * c / (b + np.sqrt(root))
-        meet = ahead_bounds & behind_bounds & (f1 > x1) & (g0 > x0)
-        meet &= (b > 0) & (s > 0) & (s < h)
-        rest = h - s
-        before = duration(s, f0, f0 + s * (2 * fu + s * fk), fk)
-        after = duration(rest, g1, g1 + rest * (2 * gu + rest * gk), gk)
-        best = np.where(meet, np.maximum(best, before + after), best)
+    for start, (u0, u1, end) in ((x0, ahead), (x1, behind)):
+        with np.errstate(all="ignore"):
+            least = np.minimum(np.minimum(start + h * u0, start), end)
+            time = duration(h, start, end, (u1 - u0) / h)
+        best = np.where((least >= 0) & (end < np.inf), np.maximum(best, time), best)
     return best * (1 - 1e-12)
 
 

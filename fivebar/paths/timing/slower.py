@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.progress import progress
 from .lower_bound import duration as taken
-from .solve import Solved, TimingError, refined, solve
+from .solve import Solved, TimingError, solve
 
 if TYPE_CHECKING:
     from .constraint_rows import Limits
@@ -19,18 +19,15 @@ CLOSE = 1e-4  # to which the share of the limits is found
 STEPS = 40
 
 
-def slowed(
-    mesh: Mesh, limits: Limits, wanted: float, gap: float, until: float
-) -> tuple[Mesh, Solved]:
-    """Return the mesh and a motion that takes `wanted` s of moving: limits on torques and
-    accelerations times the least share.
+def slowed(mesh: Mesh, limits: Limits, fast: Solved, wanted: float) -> Solved:
+    """Return a motion that takes `wanted` s of moving, where `fast` takes less: limits on torques
+    and accelerations times the least share.
 
     The share is found by halving; the last step between two motions, one a little too fast and one
     a little too slow, is a mixture x = (1 - w) x_1 + w x_2 of their squares of the speed. Torques
     and accelerations of a mixture are the mixtures of theirs (with viscous friction nearly), and
     where both pass Type 2, so does it.
     """
-    mesh, fast = refined(mesh, limits, gap, until)
     low = 0.0
     high = 1.0
     slow = None
@@ -51,7 +48,7 @@ def slowed(
     if slow is None:
         slow = _slower(mesh, fast, wanted)
     x, bent, time = _mixture(length, fast, slow, wanted)
-    return mesh, fast._replace(x=x, bent=bent, time=time)
+    return fast._replace(x=x, bent=bent, time=time)
 
 
 def _solved(mesh, limits):

@@ -26,7 +26,6 @@ BESIDE = 3  # stretches on either side of Type 2
 LAYER = 0.1  # of the layer beside it: stretches there are no longer,
 SHORT = 1e-10  # but of the path no shorter
 GROUP = 1000  # stretches at first, after which another group of parts begins
-NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
 GROWTH = 1.0, 3.0, 1 / 3  # of that, from one crossing to the next
 
@@ -201,8 +200,8 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     above = ceiling(rows, alone, length, np.where(rest, 0.0, top), gaps)
     if above.stuck is not None:
         raise _no_motion(mesh, above.stuck, True)
-    # The bounds take as long as three looks.
-    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf, (), 3 * len(mesh))
+    # The bounds take as long as two looks.
+    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf, (), 2 * len(mesh))
     if not np.isfinite(above.size).all():
         return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
@@ -212,7 +211,8 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     near = above.x
     found = best
     closed: list[int] = []
-    for _ in range(NEWTON if mesh.tied.any() else 0):
+    if mesh.tied.any():
+        # x on Type 2, where the criterion takes sqrt(x).
         table = polygons(rows, alone, length, above, bent, near, none, mesh)
         x, closed = profile(table, above, rest)
         near = np.where(x > 0, x, near)

@@ -183,13 +183,8 @@ def time_path(
             0.0,
             duration < lower,
         )
-    mesh, slow = slowed(mesh, limits, duration - rest, gap, until)
-    return _timed(
-        asked,
-        mesh,
-        slow._replace(above=found.above if asked.forces else slow.above),
-        lower * asked.forces,
-    )
+    slow = slowed(mesh, limits, found, duration - rest)
+    return _timed(asked, mesh, slow, lower * asked.forces)
 
 
 def slowness(motion: TimedPath) -> str:
