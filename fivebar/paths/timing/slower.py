@@ -19,8 +19,8 @@ CLOSE = 1e-4  # to which the share of the limits is found
 STEPS = 40
 
 
-def slowed(mesh: Mesh, limits: Limits, fast: Solved, wanted: float) -> Solved:
-    """Return a motion that takes `wanted` s of moving, where `fast` takes less: limits on torques
+def slowed(mesh: Mesh, limits: Limits, known: Solved, wanted: float) -> Solved:
+    """Return a motion that takes `wanted` s of moving, where `known` takes less: limits on torques
     and accelerations times the least share.
 
     The share is found by halving; the last step between two motions, one a little too fast and one
@@ -28,9 +28,10 @@ def slowed(mesh: Mesh, limits: Limits, fast: Solved, wanted: float) -> Solved:
     and accelerations of a mixture are the mixtures of theirs (with viscous friction nearly), and
     where both pass Type 2, so does it.
     """
+    fast = known
+    slow = None
     low = 0.0
     high = 1.0
-    slow = None
     guess = (fast.time.sum() / wanted) ** 2
     for _ in progress(range(STEPS), desc="given time", unit=" motions", delay=2, leave=False):
         share = math.sqrt(low * high) if low else guess
@@ -48,7 +49,7 @@ def slowed(mesh: Mesh, limits: Limits, fast: Solved, wanted: float) -> Solved:
     if slow is None:
         slow = _slower(mesh, fast, wanted)
     x, bent, time = _mixture(length, fast, slow, wanted)
-    return fast._replace(x=x, bent=bent, time=time)
+    return known._replace(x=x, bent=bent, time=time)
 
 
 def _solved(mesh, limits):
