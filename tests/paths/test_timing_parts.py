@@ -505,13 +505,16 @@ def test_a_motion_in_a_given_time_has_the_least_share_of_the_limits(least, monke
         parts = zip(length, share * x[:-1], share * x[1:], bent)
         return Solved(above, x, share * x, bent, np.array([duration(*part) for part in parts]))
 
-    def limited(mesh, limits):
+    def limited(mesh, limits, hints):
         seen.append(limits.speed)
+        np.testing.assert_allclose(hints, [np.zeros(4), np.full(4, 3 * limits.speed)])
         return solved(limits.speed) if limits.speed > least else None
 
     mesh = SimpleNamespace(stretches=SimpleNamespace(length=length), found={})
     limits = SimpleNamespace(times=lambda share: SimpleNamespace(speed=share))
     monkeypatch.setattr(slower, "_solved", limited)
+    hints = np.zeros(4), np.full(4, 3.0)
+    monkeypatch.setattr(slower, "hints_of", lambda mesh, known: hints)
     wanted = 2.5 * solved(1.0).time.sum()
     found = slower.slowed(mesh, limits, solved(1.0), wanted)
     assert found.time.sum() == pytest.approx(wanted, rel=1e-9)

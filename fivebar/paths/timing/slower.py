@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.progress import progress
 from .lower_bound import duration as taken
-from .solve import Solved, TimingError, solve
+from .solve import Solved, TimingError, hints_of, solve
 
 if TYPE_CHECKING:
     from .constraint_rows import Limits
@@ -33,9 +33,11 @@ def slowed(mesh: Mesh, limits: Limits, known: Solved, wanted: float) -> Solved:
     low = 0.0
     high = 1.0
     guess = (fast.time.sum() / wanted) ** 2
+    along, bent = hints_of(mesh, known)
     for _ in progress(range(STEPS), desc="given time", unit=" motions", delay=2, leave=False):
         share = math.sqrt(low * high) if low else guess
-        found = _solved(mesh, limits.times(share))
+        # x is about so much smaller, and so is how it is bent.
+        found = _solved(mesh, limits.times(share), np.stack([along, share * bent]))
         if found is not None and found.time.sum() <= wanted:
             high = share
             fast = found
@@ -52,9 +54,9 @@ def slowed(mesh: Mesh, limits: Limits, known: Solved, wanted: float) -> Solved:
     return known._replace(x=x, bent=bent, time=time)
 
 
-def _solved(mesh, limits):
+def _solved(mesh, limits, hints):
     try:
-        found = solve(mesh, limits)
+        found = solve(mesh, limits, hints)
     except TimingError:
         return None
     return found if math.isfinite(found.gap) else None

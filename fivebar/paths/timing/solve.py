@@ -127,7 +127,7 @@ def _refined(mesh, limits, gap, until):
             break
         after = mesh.taken(open_).split(_parts(mesh, found, gap)[open_])
         middles = after.s[:-1] + after.stretches.length / 2
-        hints = _hints(mesh, found)[:, np.searchsorted(mesh.s, middles) - 1]
+        hints = hints_of(mesh, found)[:, np.searchsorted(mesh.s, middles) - 1]
         mesh = after
     if np.isinf(taken).any():
         node = (*found.stuck, 0)[0]
@@ -159,7 +159,8 @@ def _across_layers(mesh):
     return long & (length > SHORT * mesh.path.length)
 
 
-def _hints(mesh, found):
+def hints_of(mesh: Mesh, found: Solved) -> np.ndarray:
+    """Return the hints (2, n) of `solve` from a motion on the mesh."""
     # Where no motion was found, none tells how it is bent.
     bent = np.where(np.isfinite(found.time), _bent(found.x, mesh.stretches.length), 0.0)
     return np.stack([_along(mesh, found), bent])
