@@ -115,8 +115,10 @@ def simulate_many(
     starts : Rates or sequence of Rates, optional
         Rates of a batch (n,), or one Rates for each run. None: each robot as the reference starts,
         in the controller's working modes.
-    duration, control_period, step, torque_limit, measurement
+    duration, control_period, step, measurement
         As in `simulate`.
+    torque_limit : float, optional
+        N m, the size at which either torque saturates.
     integrator : Integrator, optional
         Its steps are fixed; method None is "rk4".
     summary : Summary, optional

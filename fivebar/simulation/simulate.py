@@ -89,8 +89,8 @@ def simulate(
     step : float
         s, from row to row of the Run. The last row is the first at or after the duration.
     torque_limit : float, or motors as of `Constraints`, optional
-        N m, the size at which either torque saturates; of motors, it depends on the joint's speed
-        at each step.
+        N m, the size at which either torque saturates. Of motors it is that of the joint's speed at
+        each row, held until the next: smaller steps follow the motors' lines more closely.
     measurement : Measurement, optional
         Delay and encoders. None: exact measurements without delay.
     integrator : Integrator, optional
@@ -233,7 +233,7 @@ def run_of(
     return Run(
         robot=robot,
         t=t,
-        q=robot.continuous(rows[:, Q]),
+        q=rows[:, Q] if plant is not None else robot.continuous(rows[:, Q]),
         q_dot=rows[:, Q_DOT],
         xi=rows[:, XI],
         energy=rows[:, ENERGY],
@@ -249,7 +249,7 @@ def _friction_loss(robot, t, rows, tau, joint_torques):
     power = lost_power(motion_of(robot, rows)) + np.zeros(len(t))
     lost = cumulative_simpson(power, x=t, initial=0.0)
     if joint_torques is not None:
-        in_steps, _ = lost_in_steps(joint_torques, rows, tau, t[1])
+        in_steps, _ = lost_in_steps(robot, joint_torques, rows, tau, t[1])
         lost[1:] += np.cumsum(in_steps)
     return lost
 

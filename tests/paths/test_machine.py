@@ -86,7 +86,7 @@ def test_readings_and_frame_are_inverted(offset, ratio, shift, turn, angle):
             "[constraints]\ncollisions = {width = 1}",
             "no parameter width of the table constraints.collisions",
         ),
-        ("[motor]\ntorque = 1", "no parameter motor"),
+        ("[motor]\ntorque = 1", "there is no table motor"),
         ("[measured]\nmodes = [[1, -1]]", "measured modes must be three signs"),
         (
             "[measured]\nmode = 1",

@@ -76,3 +76,18 @@ def test_speeds_beside_type_2_that_friction_leaves_out():
 @pytest.mark.parametrize("seed", range(400, 416))
 def test_light_friction(seed):
     both_bounds_meet(seed, 0.004, 2)
+
+
+@pytest.mark.parametrize("friction", [(0.01, 0.02), (0.03, 0.005)])
+def test_at_its_ends_a_motion_has_the_friction_of_moving(friction):
+    """The limit holds to the very last instant, and the torques are those of a moment before."""
+    fs1, fs2 = friction
+    robot = fb.FiveBar(0.08, 0.11, 0.1, 0.095, 0.12, 0.001, 0.002, 0.4, fs1=fs1, fs2=fs2)
+    path = fb.path([(-0.03, 0.12), (0.03, 0.12), (0.03, 0.14)])
+    motion = fb.time_path(robot, path, constraints=fb.Constraints(torque=0.8), working=(1, -1))
+    end = motion.duration
+    inner = np.array([1e-9, end - 1e-9])
+    assert np.abs(motion.torques(np.array([0.0, end])) - motion.torques(inner)).max() < 1e-5
+    assert np.abs(motion.torques(np.append(motion.times, end))).max() < 0.8 + 1e-9
+    stands = motion.torques(np.array([-1.0, end + 1.0]))
+    assert np.abs(stands).max() == 0.0

@@ -435,3 +435,35 @@ def test_a_robot_without_inertia_is_said_to_have_none():
     start = fb.ikm(fb.igm(fb.load_robot("plotclock"), (0.0, 0.04)), (0.0, 0.0))
     with pytest.raises(ValueError, match="this robot has no inertia"):
         fb.simulate(start.pose.robot, start=start, duration=0.1)
+
+
+@pytest.mark.parametrize("method", ["rk4", "dop8"])
+def test_fixed_steps_with_much_viscous_friction(method):
+    """From rest, where friction has taken a third of what its power at the step's end would say."""
+    robot = fb.FiveBar(fv1=0.1, fv2=0.1)
+    start = fb.dkm(fb.dgm(robot, (0, 0)), (0, 0))
+    given = dict(duration=0.3, start=start)
+    own = fb.simulate(robot, lambda *_: (0.01, 0.0), **given)
+    fixed = fb.simulate(robot, lambda *_: (0.01, 0.0), integrator=fb.Integrator(method), **given)
+    assert np.abs(fixed.q - own.q).max() < 1e-11
+    many = fb.simulate_many(
+        [fb.FiveBar(fv1=f, fv2=f) for f in (0.01, 0.1, 0.3)],
+        fb.PD(fb.FiveBar(), 2.0, 0.1),
+        fb.line((0.09, 0.068), (0.0, 0.1), 0.2),
+        integrator=fb.Integrator(method),
+        summary=fb.Summary(),
+    )
+    assert np.isfinite(many["rms_error_m"]).all() and many.errors == ()
+
+
+def test_turns_between_wide_rows_are_kept():
+    """Two proximal bars that go around several times, under a spring; energy says by how much."""
+    robot = fb.FiveBar(0.1, 0.3, 0.1, 0.3, 0.02, m=0.1, fv1=0.001, fv2=0.001)
+    start = fb.ikm(fb.igm(robot, (0, 0.3), (-1, -1)), (0, 0))
+    spring = fb.LoadedRobot(robot, lambda t, q, q_dot, tau: tau - 0.02 * q)
+    given = dict(duration=2.0, start=start, control_period=0.5)
+    fine, wide = (
+        fb.simulate(spring, lambda *_: (0.2, 0.2), step=step, **given) for step in (0.001, 0.5)
+    )
+    assert np.abs(wide.q - fine.q[::500]).max() < 1e-9 and fine.q.max() > 12
+    assert np.abs(wide.energy_error).max() < 1e-10

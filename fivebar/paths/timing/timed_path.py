@@ -43,6 +43,7 @@ COLUMNS = (
     "pen",
 )
 MOST_ROWS = 10**7
+LEAST = 1e-12  # of the mean speed, at which dry friction is that of moving
 # Of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0.
 BESIDE = 1e-7
 
@@ -170,6 +171,8 @@ class TimedPath(Plotted):
         that hold the robot.
         """
         k, gone, speed, push = self.along(t)
+        # Where it begins or ends to move, dry friction is that of moving.
+        speed = np.where(push, np.maximum(speed, LEAST * self.path.length / self.duration), speed)
         if self.crossing.any():
             # Beside the node, on the same stretch: the quotient by det A goes on from there.
             h = self._lengths[k]
