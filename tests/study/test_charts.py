@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fivebar.study.control_cases import case
+from fivebar.study.pitfalls.sampled import spectral_radius
 from fivebar.study.speed_accuracy import findings, making
 from fivebar.study.speed_accuracy.chart import OURS, Failed, load
 from fivebar.study.speed_accuracy.charts import (
@@ -123,6 +124,8 @@ def test_a_chart_says_what_its_axes_are(module):
     names = [method.name for method in chart.methods]
     assert len(set(names)) == len(names) and any(each.family == OURS for each in chart.methods)
     assert {problem for problem, _, _ in chart.jobs(quick=True)} == set(chart.problems)
+    for method in chart.methods:
+        assert bool(method.needs) == ("compiled" in method.name or "C loop" in method.name)
 
 
 def test_an_error_as_large_as_the_robots_task_is_a_failure():
@@ -226,6 +229,10 @@ def test_the_map_of_gains_has_each_run_at_its_place(monkeypatch):
             assert values[line, column] == row["growth"]
         exact = next(each for each in axes.collections if each is not mesh)
         assert exact.levels.tolist() == [0.5, 0.8, 1.0]
+        delay = stability.PROBLEMS.index(problem)
+        path = exact.get_paths()[-1]  # growth 1, the limit of stability
+        found = [spectral_radius(p, q, delay) for p, q in path.vertices]
+        assert len(found) > 20 and np.median(np.abs(np.subtract(found, 1.0))) < 0.02
     caption, ((_, head, cells),) = stability.summary(result)
     assert caption.count("on 1 of 3 pairs of gains") == 2 and caption.count("differ by 6.6 %") == 2
     assert [len(head)] * 2 == [len(row) for row in cells]

@@ -10,7 +10,7 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.study.ladder import CASES, Case, climb, figure, table
-from fivebar.study.ladder.rungs import KD, KP, PERIOD, RUNGS, SETTLED, task_torques
+from fivebar.study.ladder.rungs import KD, KP, PERIOD, RUNGS, SETTLED, _haptic, task_torques
 from fivebar.visualization.style import INK
 
 
@@ -56,11 +56,11 @@ def test_each_rung_is_what_a_controller_with_it_does(monkeypatch):
     robot = replace(CASES["lab"].robot, fv1=0.01, fs2=0.02)
     case = Case(robot, fb.circle((0.0, 0.11), 0.002, 0.1), "short")
     counted = []
-    rungs = climb(case, lambda: counted.append(1))
-    assert [rung.name for rung in rungs] == list(RUNGS) and len(counted) == len(rungs)
-    assert [rung.named for rung in rungs] == [True, True, True, True, False]
-    assert rungs[-1].missed == 0.0 and all(0 < rung.step < 1e-2 for rung in rungs)
-    for rung, fields in zip(rungs, (("gravity", "mx11", "mx21", "fv1", "fs2"), ("fv1", "fs2"))):
+    found = climb(case, lambda: counted.append(1))
+    assert [rung.name for rung in found] == list(RUNGS) and len(counted) == len(found)
+    assert [rung.named for rung in found] == [True, True, True, True, False]
+    assert found[-1].missed == 0.0 and all(0 < rung.step < 1e-2 for rung in found)
+    for rung, fields in zip(found, (("gravity", "mx11", "mx21", "fv1", "fs2"), ("fv1", "fs2"))):
         # What the robot has, and the controller does not know.
         zeros = {name: (0.0, 0.0) if name == "gravity" else 0.0 for name in fields}
         model = replace(robot, **zeros)
@@ -74,13 +74,13 @@ def test_each_rung_is_what_a_controller_with_it_does(monkeypatch):
         assert rung.missed == pytest.approx(np.sqrt(np.mean(missed**2)))
         compiled = fb.compile(model, ["xi", "xi_dot", "xi_ddot"], ["tau"], working=(-1, -1))
         assert rung.instructions == compiled.n_instructions()
-    heading, rows = table({"short": rungs})
+    heading, rows = table({"short": found})
     assert len(heading) == len(rows[0]) and rows[0][:3] == ["short", "masses", 1]
     row = dict(zip(heading, rows[1]))
-    assert row["rms_um"] == 1e6 * rungs[1].rms and row["missed_Nm"] == rungs[1].missed
-    made = figure({"lab": rungs})
+    assert row["rms_um"] == 1e6 * found[1].rms and row["missed_Nm"] == found[1].missed
+    made = figure({"lab": found})
     above, below = made.axes
-    for axes, values in ((above, [rung.rms for rung in rungs]), (above, [r.missed for r in rungs])):
+    for axes, values in ((above, [rung.rms for rung in found]), (above, [r.missed for r in found])):
         assert any(np.array_equal(line.get_ydata(), 1e3 * np.array(values)) for line in axes.lines)
     hollow = [line for line in below.lines if line.get_markerfacecolor() == "white"]
     assert [line.get_xdata()[0] for line in hollow] == [4, 4]  # of both curves, the last rung
@@ -95,11 +95,16 @@ def motion_of(robot, case):
 
 def test_the_haptic_robot_is_of_aluminium_bars():
     """Uniform bars of 15 x 4 mm, 2.7 g a cubic centimetre: half a distal bar's mass goes to each of its ends."""
-    robot = CASES["haptic"].robot
+    robot = _haptic()
+    assert robot == CASES["haptic"].robot
     proximal, distal = (2.7e3 * 0.015 * 0.004 * length for length in (0.07, 0.09))
     assert robot.m == pytest.approx(0.02 + distal)
-    assert robot.zz1 == pytest.approx(1e-6 + proximal * 0.07**2 / 3 + distal / 2 * 0.07**2)
-    assert robot.zz12 == pytest.approx(distal * 0.09**2 / 3 - distal / 2 * 0.09**2)
+    assert (
+        robot.zz1
+        == robot.zz2
+        == pytest.approx(1e-6 + proximal * 0.07**2 / 3 + distal / 2 * 0.07**2)
+    )
+    assert robot.zz12 == robot.zz22 == pytest.approx(distal * 0.09**2 / 3 - distal / 2 * 0.09**2)
     assert robot.fs1 == robot.fs2 == 1e-3 and robot.d == 0 and not any(robot.gravity)
 
 

@@ -16,12 +16,14 @@ import pytest
 
 from fivebar.base.workers import WorkersDied
 from fivebar.cli import main
-from fivebar.study.speed_accuracy import catalogue, making, runner
+from fivebar.study.speed_accuracy import catalogue, machine, making, runner
+from fivebar.study.speed_accuracy.chart import OURS
 from fivebar.study.speed_accuracy.findings import caption, failures, tables, words_of
 from fivebar.study.speed_accuracy.page import write_page
 from fivebar.study.speed_accuracy.picture import draw, method_styles, panels
 from fivebar.study.speed_accuracy.runner import Worker, run
 from fivebar.study.speed_accuracy.store import Partial, Result
+from fivebar.visualization.style import INK
 from tests.helpers import toy_chart
 
 TOY = "tests.helpers.toy_chart"
@@ -63,7 +65,8 @@ def test_every_failure_is_a_row_with_a_word(toy_result):
 
 def test_failures_are_on_the_chart(toy_result):
     panel = toy_result.chart.panels[0][0]
-    strip = panels(toy_result).axes[1]
+    panels_axes = panels(toy_result).axes
+    strip = panels_axes[1]
     notes = [text.get_text() for text in strip.texts]
     assert len(notes) == len(failures(toy_result, panel)) == 7
     for words in (
@@ -73,6 +76,8 @@ def test_failures_are_on_the_chart(toy_result):
     ):
         assert any(words in text for text in notes)
     assert sum(len(line.get_xdata()) for line in strip.lines) == 10
+    # A failure stands above the points at its time.
+    assert strip.get_shared_x_axes().joined(strip, panels_axes[0])
 
 
 def test_each_attempt_is_a_point_on_the_chart():
@@ -94,6 +99,11 @@ def test_each_attempt_is_a_point_on_the_chart():
     figure = draw(Result(chart, {}, rows))
     left, right = (axes for axes in figure.axes if axes.get_xlabel())
     styles = method_styles(chart)
+    looks = {(style["color"], str(style["ls"])) for style in styles.values()}
+    assert len(looks) == len(styles)
+    for method in chart.methods:  # ours in ink, filled
+        style = styles[method.name]
+        assert (style["color"] == INK) == (style["mfc"] == INK) == (method.family == OURS)
     for axes, x in ((left, "seconds"), (right, "knob")):
         for method, style in styles.items():
             own = [(row[x], row["error"]) for row in rows if row["method"] == method]
@@ -118,6 +128,32 @@ def test_each_attempt_is_a_point_on_the_chart():
     assert len(legend.get_texts()) == len(chart.methods)
     # Of errors by the step to the first power, whose order is measured.
     assert legend.get_texts()[1].get_text() == "cruder, measured order 1.00"
+
+
+def test_a_chart_is_made_into_a_folder(toy_result, tmp_path, monkeypatch):
+    """What was measured is kept until all of it is written."""
+    done = []
+    partial = SimpleNamespace(done=lambda: done.append(sorted(p.name for p in tmp_path.iterdir())))
+    runs = []
+
+    def measured_before(module, folder, quick, progress):
+        runs.append((module, folder, quick))
+        return toy_result, partial
+
+    monkeypatch.setattr(runner, "run", measured_before)
+    monkeypatch.setattr("fivebar.base.tables.DPI", 50)
+    results = making.make(["toy"], tmp_path, True, {"toy": (TOY, "about it")})
+    assert runs == [(TOY, tmp_path, True)] and results == {"toy": toy_result}
+    (files,) = done
+    assert {"index.html", "toy.csv", "toy.png", "toy.svg"} <= set(files)
+
+
+def test_a_machine_without_linuxs_own_words_has_a_name(monkeypatch, tmp_path):
+    monkeypatch.setattr(machine, "Path", lambda _: tmp_path / "none")
+    monkeypatch.setattr(machine.platform, "processor", lambda: "")
+    assert machine._processor() == machine.platform.machine()
+    (tmp_path / "none").write_text("flags: fpu\nmodel name\t: A 1\nmodel name\t: B 2\n", "utf-8")
+    assert machine._processor() == "A 1"
 
 
 def test_the_page_has_what_is_found(toy_result, tmp_path):

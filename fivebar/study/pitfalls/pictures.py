@@ -21,13 +21,13 @@ from .sampled import MeasuredLimit, boundary
 
 # What survives is ink; the others are told apart by dashes too.
 OTHERS: tuple[dict[str, Any], ...] = (
-    {"color": ORANGE, "ls": "--"},
-    {"color": BLUE, "ls": "-."},
-    {"color": PINK, "ls": ":"},
-    {"color": AMBER, "ls": (0, (6, 2, 1, 2, 1, 2))},
-    {"color": SKY, "ls": (0, (1, 1))},
+    {"color": ORANGE, "ls": "--", "lw": 1.5},
+    {"color": BLUE, "ls": "-.", "lw": 1.5},
+    {"color": PINK, "ls": ":", "lw": 1.5},
+    {"color": AMBER, "ls": (0, (6, 2, 1, 2, 1, 2)), "lw": 1.5},
+    {"color": SKY, "ls": (0, (1, 1)), "lw": 1.5},
 )
-OURS: dict[str, Any] = {"color": INK, "ls": "-"}
+OURS: dict[str, Any] = {"color": INK, "ls": "-", "lw": 2.2}
 FLOOR = 1e-17  # an error of zero is drawn here
 
 
@@ -49,9 +49,9 @@ def differentiation(curve: Differentiation) -> Figure:
     for (name, error), style in zip(pairs, OTHERS):
         best = np.argmin(error)
         label = f"{name}: best {error[best]:.1g} at {curve.step[best]:.0e} s"
-        axes.loglog(curve.step, error, **style, lw=1.5, label=label)
+        axes.loglog(curve.step, error, **style, label=label)
         axes.plot(curve.step[best], error[best], "o", color=style["color"], ms=7)
-    axes.axhline(OURS_BOUND, **OURS, lw=2.2, label="fivebar's rates, which need no step: at most")
+    axes.axhline(OURS_BOUND, **OURS, label="fivebar's rates, which need no step: at most")
     title = "Rates by differences of positions"
     _finish(axes, "step between the positions (s)", "relative error", title, ylim=(1e-16, 1e2))
     return figure
@@ -68,9 +68,9 @@ def free_motion(
         y = 1e3 * attempt.xi[finite, 1]
         claim = '"success"' if attempt.success else "gave up"
         label = f"{attempt.name}: {claim}{'' if finite.all() else ', nan'}"
-        left.plot(t, y, **style, lw=1.5, label=label)
+        left.plot(t, y, **style, label=label)
         left.plot(t[-1:], y[-1:], "x", color=style["color"], ms=9, mew=2)
-    left.plot(ours.t, 1e3 * ours.xi[:, 1], **OURS, lw=2.2, label="fivebar")
+    left.plot(ours.t, 1e3 * ours.xi[:, 1], **OURS, label="fivebar")
     left.plot(2.0, 1e3 * FREE_END[1], "o", color=INK, mfc="white", ms=7, label="true end")
     title = "Joint coordinates meet Type 2 at 0.1164 s"
     _finish(left, "time (s)", "y of the end-effector (mm)", title)
@@ -96,7 +96,7 @@ def energy(drifts: Iterable[Drift]) -> Figure:
         style = OURS if drift.name == "fivebar" else next(others)
         error = np.maximum(np.maximum.accumulate(np.abs(drift.error)), FLOOR)
         label = f"{drift.name} ({drift.evaluations} evaluations)"
-        axes.semilogy(drift.t, error, **style, lw=1.5, label=label)
+        axes.semilogy(drift.t, error, **style, label=label)
     title = "Energy of a motion without torque"
     _finish(axes, "time (s)", "largest relative error so far", title)
     return figure
@@ -106,8 +106,9 @@ def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) 
     """Draw how far the bars are from their lengths against time; ours: (t, closure)."""
     figure, (axes,) = _panels()
     for (name, motion), style in zip(motions.items(), OTHERS):
-        axes.semilogy(motion.t, np.maximum(motion.closure, FLOOR), **style, lw=1.5, label=name)
-    axes.semilogy(ours[0], np.maximum(ours[1], FLOOR), **OURS, lw=0.7, label="fivebar")
+        axes.semilogy(motion.t, np.maximum(motion.closure, FLOOR), **style, label=name)
+    thin = OURS | {"lw": 0.7}  # it goes up and down by rounding
+    axes.semilogy(ours[0], np.maximum(ours[1], FLOOR), **thin, label="fivebar")
     title = "Closure of the loop, free motion"
     _finish(axes, "time (s)", "error of a bar's length (m)", title)
     return figure
@@ -124,7 +125,7 @@ def crossing(naive: Crossing, compliant: Crossing) -> Figure:
         for case, name, style in cases:
             here = np.sign(case.offset) == side
             largest = np.abs(case.torque[here]).max(axis=1)
-            axes.loglog(np.abs(case.offset[here]), largest, **style, lw=2, label=name)
+            axes.loglog(np.abs(case.offset[here]), largest, **style, label=name)
         words = f"{when} the crossing"
         _finish(axes, f"time {words} (s)", "larger torque (N m)", words, ylim=(1e-4, 1e2))
     panels[0].invert_xaxis()

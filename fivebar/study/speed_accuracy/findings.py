@@ -23,8 +23,8 @@ def observed_order(steps: Sequence[float], errors: Sequence[float], rounding: fl
     there are not two such steps.
     """
     order = np.argsort(steps)[::-1]
-    steps = np.array(steps, dtype=float)[order]
-    errors = np.array(errors, dtype=float)[order]
+    steps = np.array(steps)[order]
+    errors = np.array(errors)[order]
     least = int(np.argmin(errors))
     floor = max(rounding, errors[least]) if least < len(errors) - 1 else rounding
     clear = np.flatnonzero(errors[: least + 1] > ABOVE_ROUNDING * floor)

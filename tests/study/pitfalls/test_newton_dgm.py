@@ -48,6 +48,12 @@ def test_from_a_far_start(poses):
     assert (converged & ~near).mean() > 0.1 and (~converged).mean() > 0.01
 
 
+def test_a_step_out_of_all_numbers_ends_it():
+    """From distal bars that are parallel but for the least number."""
+    found = newton_dgm(ROBOT, (1.0, 2.0), (0.0, 1e-310))
+    assert not found.converged and found.iterations == 0 and np.isfinite(found.xi).all()
+
+
 def exact_dgm(q):
     with mpmath.workdps(50):
         bar, half = mpmath.mpf(ROBOT.l11), mpmath.mpf(ROBOT.d) / 2

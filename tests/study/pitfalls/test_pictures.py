@@ -55,6 +55,7 @@ def draw_energy():
         assert line.get_label().startswith(drift.name) and list(line.get_xdata()) == list(drift.t)
         so_far = line.get_ydata()
         assert so_far[-1] == np.abs(drift.error).max() and (np.diff(so_far) >= 0).all()
+        assert drift.error[0] == 0.0
     return figure
 
 
@@ -74,7 +75,7 @@ def draw_stability():
     limits = [sampled.measure_limit(ROBOT, delay, count=2, resolution=1e-2) for delay in (0, 1)]
     figure = pictures.stability(limits)
     for limit, axes in zip(limits, figure.axes):
-        assert limit.worst < 0.05
+        assert limit.worst < 0.05 and limit.measured.shape == limit.exact.shape == (2, 2)
         measured = curves(axes)["limit on the simulated robot"]
         assert measured == limit.measured.T.tolist()
         p, q = curves(axes)["critically damped"]
@@ -114,3 +115,8 @@ def test_pictures(draw):
     for axes in figure.axes:
         assert "(" in axes.get_xlabel() and axes.get_ylabel() and axes.get_title()
         assert axes.get_legend() is not None
+        for line in axes.lines:  # ours in ink, in one stroke; the others in colours, each its own
+            ours = line.get_label().startswith(("fivebar", "compliant"))
+            if line.get_linestyle() != "None" and draw is not draw_stability:
+                assert (line.get_color() == pictures.INK) == ours
+                assert (line.get_linestyle() == "-") == ours
