@@ -130,3 +130,16 @@ def test_the_crossing_is_task_2_of_the_lab_across_type_2():
 def test_unknown_names(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+def test_torques_of_motors_and_forces_of_slides_are_not_compared():
+    robot, slides = fb.FiveBar(), fb.Biglide()
+    runs = {}
+    for name, each, at in (("a", robot, (0.05, 0.1)), ("b", slides, (0.0, 0.0))):
+        line = fb.line(at, at, 0.02)
+        runs[name] = fb.simulate(each, fb.PD(each, 1.0, 0.1), line, duration=0.02)
+    assert compare({"b": runs["b"]}).figures["b"]["peak_force_N"] == pytest.approx(
+        [0.0, 0.0], abs=1e-9
+    )
+    with pytest.raises(ValueError, match="of different kinds of robots"):
+        compare(runs)

@@ -155,6 +155,14 @@ class Called(fb.PD):
         return np.zeros(2)
 
 
+def test_runs_of_several_calls_are_those_of_one(monkeypatch):
+    together = fb.simulate_many(ROBOTS, CONTROLLER, LINE)
+    monkeypatch.setattr("fivebar.simulation.many.TOGETHER", 4)
+    for one, other in zip(together, fb.simulate_many(ROBOTS, CONTROLLER, LINE), strict=True):
+        assert one.robot == other.robot
+        np.testing.assert_allclose(other.q, one.q, rtol=0, atol=1e-14)
+
+
 def test_a_law_that_is_overridden_is_compiled():
     laws = [Saturating(fb.FiveBar(), kp, 0.5) for kp in (5.0, 9.0)]
     runs = fb.simulate_many("amoro", laws, LINE)  # a name is one robot, not a sequence of letters
