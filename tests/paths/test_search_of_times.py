@@ -125,18 +125,18 @@ def test_a_search_ends_after_its_work(monkeypatch):
     def nothing(mesh):
         seen.append(len(mesh))
         none = np.zeros(len(mesh))
-        size = np.where(np.arange(len(mesh)) == 5, np.inf, 0.0)
         nodes = np.zeros(len(mesh) + 1)
-        above = Ceiling(nodes, none + 1, size, None)
+        above = Ceiling(nodes, none + 1, none, None)
         return Solved(above, nodes, nodes, none, none + np.inf, (7,), 1)
 
     monkeypatch.setattr(solve_module, "ROUNDS", 3)
+    monkeypatch.setattr(solve_module, "GROWN", 10)
     with pytest.raises(
         TimingError, match="no motion along the path was found that keeps"
     ) as failed:
         refined(mesh, limits, 1e-3, math.inf)
     first = len(mesh)
-    assert seen == [first, first + 1, first + 2, first + 3] and not failed.value.proved
+    assert seen == [first, 2 * first, 4 * first, 8 * first] and not failed.value.proved
     assert failed.value.s == mesh.s[7] or failed.value.s < mesh.s[7]
 
 

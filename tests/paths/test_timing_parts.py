@@ -528,14 +528,11 @@ def test_stretches_are_split_by_their_share_of_the_gap():
     part = np.array([0.0, 1.0, 3.9, 8.9, 100.0, 0.0])
     above = SimpleNamespace(time=np.full(6, 100.0))
     found = SimpleNamespace(time=above.time + part, above=above, stuck=())
-    above.size = np.ones(6)
     assert solve._parts(range(6), found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 1]
     found.time[:2] = np.inf  # there is no motion yet
     assert solve._parts(range(6), found, 0.01 / 0.7).tolist() == [2, 2, 2, 3, 4, 1]
     found.time[:] = np.inf
     assert solve._parts(range(6), found, 0.1).tolist() == [2] * 6
-    above.size[2] = np.inf
-    assert solve._parts(range(6), found, 0.1).tolist() == [1, 1, 2, 1, 1, 1]
 
 
 def test_where_a_path_grazes_type_2_at_a_node():

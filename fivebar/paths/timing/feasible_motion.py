@@ -20,8 +20,7 @@ FORBIDDEN = 1e6  # times what a line forbids
 def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarray, list[int]]:
     """Return (x at the nodes (n + 1,), the nodes from which no motion leads on).
 
-    rest (n + 1,): nodes at rest. From rest to rest x is 0 where there is such a node. Stretches
-    that leave x free are passed over.
+    rest (n + 1,): nodes at rest. From rest to rest x is 0 where there is such a node.
     """
     table, n = found.table, len(found.table)
     top = np.where(rest, 0.0, above.x)
@@ -40,15 +39,9 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
     slope = q * reach
     most = np.where(up, base, np.inf)
     steep = np.where(up, slope, 0.0)
-    x1 = np.minimum(corner, top[1:])
-    free = (most + steep * x1[:, None]).min(axis=1) >= top[:-1]
-    free &= always & (first <= np.minimum(last, top[1:]))
-    free, corner, always, first, last = (
-        each.tolist() for each in (free, corner, always, first, last)
-    )
+    corner, always, first, last = (each.tolist() for each in (corner, always, first, last))
     low = [0.0] * (n + 1)
     high = top.tolist()
-    tops = top.tolist()
     lowest = None
     stuck = []
     least = 1e-12 * above.x.max() + 1e-300
@@ -56,8 +49,6 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
     i = n
     while i > 0:
         i -= 1
-        if free[i] and high[i + 1] == tops[i + 1] and low[i + 1] == 0:
-            continue
         x1 = min(max(corner[i], low[i + 1]), high[i + 1])
         high[i] = min(high[i], float((most[i] + steep[i] * x1).min()))
         if not (always[i] and max(first[i], low[i + 1]) <= min(last[i], high[i + 1])):
@@ -83,15 +74,11 @@ def _forwards(p, q, r, low, high, begins, stuck):
         reach = np.where(q > TINY, -1 / q, 0.0)
     most = np.where(q > TINY, r * reach, np.inf)
     steep = p * reach
-    highs = np.array(high)
-    free = ((most + steep * highs[:-1, None]).min(axis=1) >= highs[1:]).tolist()
     for i in range(n):
         if begins[i] in closed:
             x.append(0.0)
             continue
-        end = high[i + 1]
-        if not (free[i] and x[i] == high[i]):
-            end = min(float((most[i] + steep[i] * x[i]).min()), end)
+        end = min(float((most[i] + steep[i] * x[i]).min()), high[i + 1])
         x.append(end)
         if end < low[i + 1] or (end <= 0 and i < n - 1 and high[i + 1] > 0):
             stuck.append(i)

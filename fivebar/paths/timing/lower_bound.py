@@ -286,8 +286,5 @@ def _cruise(alone, length):
     less = sag / 2 + alone.bend["b"] / 4 + alone.slack["b"]
     first = np.maximum(w[0] - less, 0.0) / c
     last = np.maximum(w[2] - less, 0.0) / c
-    roots = np.sqrt(first) + np.sqrt(last)
-    squares = first + np.sqrt(first * last) + last
-    with np.errstate(all="ignore"):
-        mean = np.where(roots > 0, 2 / 3 * squares / roots, 0.0)
-    return (mean * length).max(axis=0)
+    # The root of the line from first to last is concave.
+    return ((np.sqrt(first) + np.sqrt(last)) / 2 * length).max(axis=0)

@@ -88,7 +88,6 @@ def polygons(
     ends = ROOM * np.maximum(above.x[:-1], above.x[1:])
     high = np.maximum(ends, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
     root, low, high = _root(rows, mesh, near, off, high, ends)
-    size = np.minimum(size, _largest_push(rows, high))
     u = np.stack([u0, u1])
     x = np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, a difference of both x over the length
@@ -131,20 +130,6 @@ def polygons(
     scale = np.abs(table[..., :2]).sum(axis=-1, keepdims=True)
     table = table / np.where(scale > 0, scale, 1.0)
     return Polygons(table.transpose(1, 0, 2).copy(), curvature)
-
-
-def _largest_push(rows, high):
-    """Return the largest |u| (n,) that the rows allow with 0 <= x <= high, inf where they leave it
-    open.
-    """
-    a, b, v, c = (rows.parts[name] for name in PARTS)
-    most = np.maximum(-b, 0.0) * high + np.maximum(-v, 0.0) * np.sqrt(high) - c
-    sides = []
-    for sign in (1.0, -1.0):
-        with np.errstate(all="ignore"):
-            push = np.where(sign * a > 0, most / np.abs(a), np.inf).max(axis=0)
-        sides.append(push.min(axis=0, initial=np.inf))
-    return ROOM * np.maximum(*sides)
 
 
 def _const(value):

@@ -168,9 +168,6 @@ def hints_of(mesh: Mesh, found: Solved) -> np.ndarray:
 
 def _parts(mesh, found, gap):
     """Return into how many parts (n,) each stretch is to be divided."""
-    unbounded = ~np.isfinite(found.above.size)
-    if unbounded.any():
-        return 1 + unbounded
     moves = np.isfinite(found.time)
     # The gap of a stretch goes as the square of its length.
     part = np.where(moves, found.time - found.above.time, 0.0)
