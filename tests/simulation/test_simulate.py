@@ -467,3 +467,9 @@ def test_turns_between_wide_rows_are_kept():
     )
     assert np.abs(wide.q - fine.q[::500]).max() < 1e-9 and fine.q.max() > 12
     assert np.abs(wide.energy_error).max() < 1e-10
+
+
+def test_the_least_tolerance_is_one():
+    assert fb.Integrator(tolerance=1e-12).tolerance == 1e-12
+    with pytest.raises(ValueError, match="1e-12"):
+        fb.Integrator(tolerance=0.9e-12)

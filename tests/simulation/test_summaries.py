@@ -48,6 +48,7 @@ def test_figures_are_those_of_the_runs(options):
     table = summarized(functions={"latest": latest}, **options)
     assert len(table) == len(runs) and table.errors == ()
     for k, run in enumerate(runs):
+        assert run.torque_limit == options.get("torque_limit") and run.robot == ROBOTS[k]
         error = np.linalg.norm(run.error, axis=1)
         expected = {
             "q11": run.q[-1, 0],

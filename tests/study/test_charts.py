@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import fivebar as fb
 from fivebar.study.control_cases import case
 from fivebar.study.pitfalls.sampled import spectral_radius
 from fivebar.study.speed_accuracy import findings, making
@@ -173,6 +174,21 @@ def test_loci_drawn_by_any_grid_are_alike():
         assert by_vm[name] == pytest.approx(value, rel=1e-6) and value > 1e-4
 
 
+def test_grids_are_compiled_where_they_say_so(monkeypatch):
+    calls = []
+
+    def noted(function, jit):
+        calls.append(bool(jit))
+        return function
+
+    monkeypatch.setattr(contours, "compiled", noted)
+    chart = contours.chart()
+    for name in ("grid by CasADi VM, contoured", "grid by compiled C, contoured"):
+        calls.clear()
+        chart.method(name).prepare("task", 25)
+        assert set(calls) == {"compiled C" in name}
+
+
 def test_models_and_differentiated_positions_are_exact():
     chart = derivatives.chart()
     for method in (m for m in chart.methods if not m.order and not m.needs):
@@ -197,8 +213,12 @@ def test_controllers_are_as_good_as_their_panels_say():
 
 def test_a_torque_limit_is_a_share_of_what_the_motion_needs():
     limited = case("torque-limit")
+    xi, xi_dot, xi_ddot = case("task-1").reference(np.linspace(0.0, 2.0, 20001))
+    motion = fb.ikm2(fb.ikm(fb.igm(fb.FiveBar(), xi), xi_dot), xi_ddot)
+    largest = np.abs(fb.inverse_dynamics(motion)).max()
+    assert limited.torque_limit == pytest.approx(0.6 * largest, rel=1e-6)
     run = case("task-1").simulate("ctc-stiff")
-    assert limited.torque_limit == pytest.approx(0.6 * np.abs(run.tau).max(), rel=0.02)
+    assert np.abs(run.tau).max() == pytest.approx(largest, rel=0.02)
     assert limited.reference.duration == case("task-1").reference.duration
 
 
@@ -233,7 +253,7 @@ def test_the_map_of_gains_has_each_run_at_its_place(monkeypatch):
         path = exact.get_paths()[-1]  # growth 1, the limit of stability
         found = [spectral_radius(p, q, delay) for p, q in path.vertices]
         assert len(found) > 20 and np.median(np.abs(np.subtract(found, 1.0))) < 0.02
-    caption, ((_, head, cells),) = stability.summary(result)
+    caption, ((_, head, cells),) = findings.summary(result)  # the chart's own
     assert caption.count("on 1 of 3 pairs of gains") == 2 and caption.count("differ by 6.6 %") == 2
     assert [len(head)] * 2 == [len(row) for row in cells]
 

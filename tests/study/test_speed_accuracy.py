@@ -76,6 +76,9 @@ def test_failures_are_on_the_chart(toy_result):
     ):
         assert any(words in text for text in notes)
     assert sum(len(line.get_xdata()) for line in strip.lines) == 10
+    for text in strip.texts:  # at the left of the strip, whatever its times are
+        assert text.get_position()[0] < 0.05
+        assert text.get_transform() == strip.get_yaxis_transform()
     # A failure stands above the points at its time.
     assert strip.get_shared_x_axes().joined(strip, panels_axes[0])
 
@@ -146,6 +149,28 @@ def test_a_chart_is_made_into_a_folder(toy_result, tmp_path, monkeypatch):
     assert runs == [(TOY, tmp_path, True)] and results == {"toy": toy_result}
     (files,) = done
     assert {"index.html", "toy.csv", "toy.png", "toy.svg"} <= set(files)
+
+
+@pytest.mark.parametrize(
+    "method, word",
+    [
+        ("cruder", None),
+        ("nan", "nan"),
+        ("singular", "refused: singular"),
+        ("wrong", "wrong branch in 23%"),
+    ],
+)
+def test_an_attempt_is_measured_or_named(method, word):
+    row = runner.measure(toy_chart.chart(), "p", method, 2, 1e-4)
+    assert row["seconds"] > 0 and row.get("word") == word
+    if word is None:
+        assert row["error"] == 0.05 and row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
+
+
+def test_libraries_are_told_with_their_versions():
+    told = machine.describe()
+    assert told["numpy"] == np.__version__ and told["cores"] == os.cpu_count()
+    assert told["python"].count(".") == 2
 
 
 def test_a_machine_without_linuxs_own_words_has_a_name(monkeypatch, tmp_path):

@@ -29,6 +29,10 @@ def draw_free_motion():
     (end,) = (line for line in left.lines if line.get_label() == "true end")
     assert end.get_markerfacecolor() == "white"  # the end of our curve shows inside
     assert end.get_ydata()[0] == pytest.approx(1e3 * ours.xi[-1, 1], abs=1e-6)
+    naive_label = next(label for label in curves(right) if "finished" in label)
+    size = np.abs(naive.energy_error)
+    ends = np.isfinite(size)
+    assert curves(right)[naive_label] == [list(1e3 * steps[ends]), list(size[ends])]
     assert curves(right)["fivebar"] == [list(1e3 * by_steps.step), list(by_steps.energy_error)]
     return figure
 

@@ -54,7 +54,7 @@ def locus_error(lines: list[np.ndarray], mode: tuple[int, int]) -> tuple[np.ndar
 def type_2() -> list:
     """Return the pieces of Type-2 loci in task space, traced now."""
     pieces = singularity_loci(ROBOT).task
-    return [p for p in pieces if p.type & Singularity.PARALLEL and len(p.points) > 1]
+    return [p for p in pieces if p.type & Singularity.PARALLEL]
 
 
 @lru_cache(maxsize=1)
