@@ -1,6 +1,7 @@
 """`fivebar draw`, `fivebar plan`, and what `fivebar track` and `map` say of a file."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -486,13 +487,17 @@ def test_what_is_in_the_way_is_said_of_the_modes_that_come_nearest(tmp_path, cap
 def test_gcode_of_a_robot_whose_drives_read_degrees_or_counts(ratio, tmp_path, capsys):
     """The axes are what the drives read, as the replay in the robot's angles says."""
     robot = tmp_path / "robot.toml"
-    fb.Machine(fb.FiveBar(), offset=(0.1, 0.2), ratio=ratio).save(robot)
+    measured = ((-1, -1, int(fb.igm(fb.FiveBar(), (0.06, 0.07)).assembly)),)
+    fb.Machine(fb.FiveBar(), offset=(0.1, 0.2), ratio=ratio, measured=measured).save(robot)
     (tmp_path / "line.csv").write_text("x_mm,y_mm\n60,70\n90,68\n", encoding="utf-8")
     words = ["draw", str(tmp_path / "line.csv"), "--as-drawn", "--format", "gcode", "--json"]
     assert (
         main([*words, "--robot", str(robot), "--out", str(tmp_path), "--working", "-1", "-1"]) == 0
     )
-    assert json.loads(capsys.readouterr().out)["max_error_m"] < 2e-5
+    told = json.loads(capsys.readouterr().out)
+    assert told["max_error_m"] < 2e-5 and told["measured_modes"] is True
+    names = [Path(file).name for file in told["files"]]
+    assert names == ["drawing.png", "drawing.nc", "proof.json"]
     lines = (tmp_path / "drawing.nc").read_text("utf-8").splitlines()
     last = [line for line in lines if line.startswith("G1")][-1]
     axes = [float(word[1:]) for word in last.split()[1:3]]

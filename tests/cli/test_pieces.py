@@ -1,5 +1,6 @@
 """Pieces of commands by themselves, against numbers of their own: the whole commands take seconds."""
 
+import argparse
 import csv
 import io
 import json
@@ -11,13 +12,16 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.cli import draw, draw_gcode, draw_place, grade_folder, main, mark
+from fivebar.cli import COMMANDS, _parser, draw, draw_gcode, draw_place, grade_folder, main, mark
+from fivebar.cli import linkage as linkage_command
 from fivebar.cli import map as map_command
 from fivebar.grading.intake.hand_in import look_into
 from fivebar.grading.labs import find_lab
 from fivebar.grading.variants import draw_for, robot_for
 from fivebar.grading.worker.replies import Reply
 from fivebar.linkages import Study
+from fivebar.linkages.six_bar_press import PRESSES
+from fivebar.study.ladder import Rung
 
 ROBOT = fb.FiveBar()
 LAB = fb.load_machine("amoro")
@@ -320,3 +324,122 @@ def test_each_student_gets_a_robot_of_his_own(name, tmp_path, capsys):
         assert all(str(folder / each) in written for each in expected)
         texts.append(found)
     assert texts[0] != texts[1]
+
+
+def parsers_of(parser, words):
+    """Yield a command's words and parser, and those below it."""
+    yield words, parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, below in action.choices.items():
+                yield from parsers_of(below, [*words, name])
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_option_is_explained_and_names_its_value(command):
+    """A value has a name in capitals, or a list of choices; a command that has others needs one."""
+    (commands,) = (
+        a for a in _parser(command)._actions if isinstance(a, argparse._SubParsersAction)
+    )
+    for words, parser in parsers_of(commands.choices[command], [command]):
+        for action in parser._actions:
+            name = action.option_strings or action.dest
+            if isinstance(action, argparse._SubParsersAction):
+                assert action.required and action.metavar and action.dest != argparse.SUPPRESS
+            elif action.help != argparse.SUPPRESS:
+                assert action.metavar or action.choices or action.nargs == 0, (words, name)
+                assert action.help or action.metavar != "FILE", (words, name)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "export --format stl",
+        "study",
+        "calibrate x.csv --from-drawing A9",
+        "draw --page 0 100 --example",
+    ],
+)
+def test_what_cannot_be_chosen_is_refused(words, capsys):
+    try:
+        code = main(words.split())
+    except SystemExit as ended:
+        code = ended.code
+    said = capsys.readouterr().err
+    assert (
+        code == 2
+        and words.split()[-1 if words == "study" else 2].lstrip("-").upper() in said.upper()
+    )
+
+
+def test_the_ladder_is_a_table_with_its_heading(tmp_path, monkeypatch, capsys):
+    rungs = [
+        Rung("masses", True, 121, 1.5e-5, 0.9, 0.01, 0.02),
+        Rung("gravity", False, 133, 2e-5, 0.0, 1e-4, 2e-4),
+    ]
+    monkeypatch.setattr("fivebar.study.ladder.climb", lambda case, progress: rungs)
+    for _ in range(2):  # the folder may be there
+        assert main(["study", "ladder", "--robots", "lab", "--out", str(tmp_path / "a" / "b")]) == 0
+    told = capsys.readouterr()
+    head, first, second, *_ = told.out.splitlines()
+    assert head.split() == "robot rung instructions step µs missed N m rms µm largest µm".split()
+    assert len(head) == len(first) and first.split()[:3] == ["lab", "masses", "121"]
+    assert "(gravity: none)" in second and first.split()[3:] == ["15.0", "0.9", "1e+04", "2e+04"]
+    assert (tmp_path / "a" / "b" / "ladder.csv").exists() and "ladder.png" in told.err
+
+
+def test_a_comparison_has_null_where_there_is_no_number(monkeypatch, capsys):
+    line = fb.line((0.09, 0.068), (0.08, 0.075), 0.1)
+    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), line)
+    monkeypatch.setattr("fivebar.study.control_cases.run_case", lambda name: {"ctc": run})
+    assert main(["track", "--case", "task-1", "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)["controllers"]["ctc"]
+    size = np.linalg.norm(run.error, axis=1)
+    assert figures["max_error_m"] == size.max() and figures["final_error_m"] == size[-1]
+    assert figures["saturated_s"] is None and figures["median_solve_s"] is None
+
+
+def test_a_track_keeps_its_torque_limit_and_names_its_file(tmp_path, capsys):
+    line = "track --from 0.09 0.068 --to 0.08 0.075 --duration 0.1 --torque-limit 0.02 --json"
+    assert main(line.split()) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["peak_torque_Nm"] == [0.02, 0.02] and 0 < figures["saturated_fraction"] <= 1
+    file = tmp_path / "line.csv"
+    file.write_text("t [ms];X (mm);Y (mm)\n0;80;75\n50;82;75\n100;84;75\n", encoding="utf-8")
+    assert main(["track", str(file), "--polyline", "1e-4", "--json"]) == 0
+    notes = capsys.readouterr().err.splitlines()
+    assert notes and all(str(file) in note for note in notes)
+
+
+def test_an_area_is_told_with_its_error_where_it_has_one(capsys):
+    exact = SimpleNamespace(number=1, working=(-1, 1), assembly=1, area=2.5e-3)
+    rough = SimpleNamespace(**vars(exact) | {"number": 2, "area_error": 3e-9})
+    map_command._print_regions("region", [exact, rough])
+    first, second = capsys.readouterr().out.splitlines()[1:]
+    assert first.split() == ["1", "-+", "+", "2500.0000"]
+    assert second.split() == ["2", "-+", "+", "2500.0000", "±", "0.003"]
+    map_command._print_regions("region", [])
+    assert "no pose keeps these margins" in capsys.readouterr().err
+
+
+def test_a_page_begins_with_the_pose_that_is_asked_for(tmp_path, monkeypatch, capsys):
+    shown = []
+
+    def play(robot, pose, tool):
+        shown.append((robot, pose, tool))
+        return SimpleNamespace(save=lambda path: path.write_text("page", "utf-8"))
+
+    monkeypatch.setattr("fivebar.visualization.play.play", play)
+    out = str(tmp_path / "play.html")
+    assert main(["play", "--xi", "0.05", "0.1", "--working", "1", "-1", "--out", out]) == 0
+    ((robot, pose, tool),) = shown
+    assert robot == fb.ROBOTS["amoro"].robot and tool is None and out in capsys.readouterr().out
+    assert pose.xi == pytest.approx((0.05, 0.1)) and tuple(pose.working) == (1, -1)
+
+
+def test_a_press_is_loaded_along_its_slide():
+    options = Namespace(set=next(iter(PRESSES)), load=-120.0, no_gravity=True)
+    vars(options).update(dict.fromkeys(linkage_command.PRESS_LENGTHS), l3=0.3)
+    linkage, asked, lines = linkage_command._press(options)
+    assert asked["load"] == {"E": (0.0, -120.0)} and asked["gravity"] == (0.0, 0.0)
+    assert linkage.l3 == 0.3 and len(lines) == 1
