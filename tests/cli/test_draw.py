@@ -453,15 +453,18 @@ def test_a_slow_motion_is_written_only_where_it_is_accepted(drawing, tmp_path, m
     assert (tmp_path / "out" / "drawing.nc").exists()
 
 
-def test_as_drawn_keeps_the_coordinates_of_the_file(tmp_path, capsys):
+def test_as_drawn_keeps_the_coordinates_of_the_file(tmp_path, monkeypatch, capsys):
     """The set-points, in the measuring frame, are the file's own points."""
     (tmp_path / "line.csv").write_text("x_mm,y_mm\n-10,60\n20,70\n", encoding="utf-8")
     robot = tmp_path / "robot.toml"
     machine = fb.Machine(fb.FiveBar(), frame=fb.Placement((0.03, -0.05), 0.4, 1.01))
     machine.save(robot)
     words = ["draw", str(tmp_path / "line.csv"), "--as-drawn", "--out", str(tmp_path)]
+    monkeypatch.setattr("fivebar.cli.draw.LARGE_ERROR", 0.0)  # each error counts as large
     assert main([*words, "--robot", str(robot), "--rate", "50"]) == 0
-    assert "middle of it         (5, 65) mm" in capsys.readouterr().out
+    told = capsys.readouterr()
+    assert "middle of it         (5, 65) mm" in told.out
+    assert "the simulated robot leaves its drawing by " in told.err
     text = (tmp_path / "setpoints.csv").read_text("utf-8").splitlines()
     rows = np.array([line.split(",")[1:3] for line in text if line[0].isdigit()], float)
     np.testing.assert_allclose(rows[[0, -1]], [(-0.01, 0.06), (0.02, 0.07)], atol=1e-9)

@@ -6,18 +6,29 @@ import io
 import json
 from argparse import Namespace
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.cli import COMMANDS, _parser, draw, draw_gcode, draw_place, grade_folder, main, mark
+from fivebar.cli import (
+    COMMANDS,
+    _parser,
+    draw,
+    draw_gcode,
+    draw_place,
+    grade,
+    grade_folder,
+    main,
+    mark,
+)
 from fivebar.cli import linkage as linkage_command
 from fivebar.cli import map as map_command
 from fivebar.grading.intake.hand_in import look_into
 from fivebar.grading.labs import find_lab
-from fivebar.grading.variants import draw_for, robot_for
+from fivebar.grading.variants import draw_for, hidden_seed, robot_for
 from fivebar.grading.worker.replies import Reply
 from fivebar.linkages import Study
 from fivebar.linkages.six_bar_press import PRESSES
@@ -348,28 +359,30 @@ def test_each_option_is_explained_and_names_its_value(command):
                 assert action.required and action.metavar and action.dest != argparse.SUPPRESS
             elif action.help != argparse.SUPPRESS:
                 assert action.metavar or action.choices or action.nargs == 0, (words, name)
-                assert action.help or action.metavar != "FILE", (words, name)
+                if not action.option_strings and action.dest not in (
+                    "csv",
+                    "data",
+                    "name",
+                    "script",
+                ):
+                    assert action.help, (words, name)
 
 
 @pytest.mark.parametrize(
-    "words",
+    "words, message",
     [
-        "export --format stl",
-        "study",
-        "calibrate x.csv --from-drawing A9",
-        "draw --page 0 100 --example",
+        ("export --format stl", "invalid choice: 'stl'"),
+        ("study", "STUDY"),
+        ("calibrate x.csv --from-drawing A5", "it goes without measured data"),
+        ("draw --example --page 0 0.1", "--page must be finite and > 0"),
     ],
 )
-def test_what_cannot_be_chosen_is_refused(words, capsys):
+def test_what_cannot_be_chosen_is_refused(words, message, capsys):
     try:
         code = main(words.split())
     except SystemExit as ended:
         code = ended.code
-    said = capsys.readouterr().err
-    assert (
-        code == 2
-        and words.split()[-1 if words == "study" else 2].lstrip("-").upper() in said.upper()
-    )
+    assert code == 2 and message in capsys.readouterr().err
 
 
 def test_the_ladder_is_a_table_with_its_heading(tmp_path, monkeypatch, capsys):
@@ -443,3 +456,71 @@ def test_a_press_is_loaded_along_its_slide():
     linkage, asked, lines = linkage_command._press(options)
     assert asked["load"] == {"E": (0.0, -120.0)} and asked["gravity"] == (0.0, 0.0)
     assert linkage.l3 == 0.3 and len(lines) == 1
+
+
+def test_a_seed_comes_from_the_courses_secret(tmp_path, monkeypatch):
+    (tmp_path / "secret").write_text("a long secret\n", encoding="utf-8")
+    (tmp_path / "anna.py").write_text("", encoding="utf-8")
+    asked = []
+
+    def graded(arguments, lab, how):
+        asked.append(how(lab))
+        raise Reached
+
+    monkeypatch.setattr(grade, "_graded", graded)
+    words = ["grade", "lab1", str(tmp_path / "anna.py")]
+    for more in (["--secret-file", str(tmp_path / "secret")], ["--seed", "mine"], [], []):
+        with pytest.raises(Reached):
+            main([*words, *more])
+    secret, own, first, second = (each["seed"] for each in asked)
+    assert (
+        secret == hidden_seed(b"a long secret", find_lab("lab1").name)
+        and own == "mine"
+        and first != second
+    )
+    assert asked[0]["robot"] == robot_for("anna", b"a long secret", find_lab("lab1").robot())
+    assert all(each["student"] == "anna" for each in asked)
+
+
+class Reached(BaseException):
+    """What is asked for is known."""
+
+
+def test_torques_in_reserve_are_the_trackers(monkeypatch):
+    """The motion has a share of the weaker motor's torque, the tracker all of it."""
+    asked = []
+
+    def timed(robot, path, duration, constraints, working):
+        asked.append((duration, constraints, working))
+        return SimpleNamespace(gap=0.0)
+
+    monkeypatch.setattr("fivebar.paths.timing.time_path.time_path", timed)
+    limits = dict.fromkeys(
+        ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
+    )
+    options = Namespace(reserve=0.2, motor=None, duration=None, accept_slow=False, **limits)
+    machine = amoro(constraints=fb.Constraints(torque=(0.05, 0.04)))
+    _, drives = draw._timed(options, machine, None, (1, -1))
+    ((duration, constraints, working),) = asked
+    assert duration is None and working == (1, -1)
+    assert drives.torque == (0.04, 0.04) and constraints.torque == pytest.approx((0.032, 0.032))
+
+
+def test_a_sheet_to_draw_says_its_files(tmp_path, monkeypatch, capsys):
+    path = fb.path([(0.0, 0.1), (0.04, 0.12)])
+    written = []
+    drawn = SimpleNamespace(
+        path=path,
+        working=(1, -1),
+        pairs=[None] * 7,
+        drawing_to_csv=written.append,
+        distances_to_csv=written.append,
+    )
+    monkeypatch.setattr("fivebar.estimation.calibration.sheet.sheet", lambda *_: drawn)
+    folder = tmp_path / "sheet"
+    assert main(["calibrate", "--from-drawing", "A5", "--out", str(folder)]) == 0
+    first, second, third, *_ = capsys.readouterr().out.splitlines()
+    assert (
+        written == [folder / "sheet.csv", folder / "distances.csv"] == [Path(first), Path(second)]
+    )
+    assert "--at 0.02 0.11 --working 1 -1" in third

@@ -170,9 +170,12 @@ def test_gradescope_hands_over_a_folder(labs, tmp_path, capsys):
         labs,
         "--gradescope",
         str(tmp_path / "r.json"),
+        "--csv",
+        str(tmp_path / "r.csv"),
     ]
     assert main(command) == 0 and json.loads((tmp_path / "r.json").read_text("utf-8"))["score"] == 4
     assert "graded: submission/anything.py\n" in capsys.readouterr().err
+    assert len((tmp_path / "r.csv").read_text("utf-8").splitlines()) > 2  # a row for each check
 
 
 def test_a_fault_of_the_lab_is_a_failure(run, labs):
