@@ -152,6 +152,9 @@ def _largest_kept_radius(aspect, z, clearance):
 
 
 def too_narrow(aspect: Aspect, shape: str, margin: float, clearance: float) -> str:
+    """Return why a shape does not fit: its clearance is no more than the margin."""
+    if not clearance:
+        return f"no {shape} in aspect {aspect.number}: no pose in it keeps the constraints"
     return (
         f"no {shape} in aspect {aspect.number} keeps a clearance of {margin:g} m: its largest"
         f" clearance is {clearance:.6g} m"

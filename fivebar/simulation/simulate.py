@@ -80,7 +80,7 @@ def simulate(
         t -> (xi, xi_dot, xi_ddot), each (2,), as `line` or `plan` give it. The controller gets it,
         and the Run its positions, and its tool where it leads one.
     duration : float, optional
-        s. None: the reference's.
+        s, from t = 0 on. None: until the reference ends.
     start : Rates, optional
         None: as the reference starts, in the working modes of the plan or the controller, else
         (-1, -1). Without a reference: at rest at q = (0, 0).
@@ -278,6 +278,11 @@ class Grid(NamedTuple):
             if not (hasattr(reference, "start") and hasattr(reference, "duration")):
                 raise ValueError("simulate needs a duration, or a reference that has one")
             duration = reference.start + reference.duration
+            if duration <= 0:
+                raise ValueError(
+                    f"the reference ends at t = {duration:g} s, and a run begins at 0: give it times"
+                    " that end later"
+                )
         count = positive(duration, "duration") / step
         what = f"duration = {duration:g} s is {count:.3g} steps of {step:g} s"
         bounded(count, MOST_ROWS, what, ROW_BYTES)

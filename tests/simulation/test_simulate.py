@@ -262,6 +262,14 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         ),
         (dict(reference=None), "needs a duration"),
         (
+            dict(
+                reference=fb.polynomial(
+                    [(t, {0: (x, 0.1), 1: (0.0, 0.0)}) for t, x in ((-3.0, 0.02), (-1.0, -0.02))]
+                )
+            ),
+            "the reference ends at t = -1 s, and a run begins at 0",
+        ),
+        (
             dict(controller=lambda *_: (1e8, -1e8)),
             "too fast: 20020 steps do not bring it to 0.01 s .joint",
         ),
