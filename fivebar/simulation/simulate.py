@@ -280,8 +280,8 @@ class Grid(NamedTuple):
             duration = reference.start + reference.duration
             if duration <= 0:
                 raise ValueError(
-                    f"the reference ends at t = {duration:g} s, and a run begins at 0: give it times"
-                    " that end later"
+                    f"the reference ends at t = {duration:g} s, and a run begins at 0: give it"
+                    " times that end later"
                 )
         count = positive(duration, "duration") / step
         what = f"duration = {duration:g} s is {count:.3g} steps of {step:g} s"

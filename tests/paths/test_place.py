@@ -281,3 +281,13 @@ def test_bad_input():
         fb.place(ROBOT, RECTANGLE, constraints=fb.Constraints(torque=0.1))
     with pytest.raises(ValueError, match="nothing of the workspace"):
         fb.place(ROBOT, RECTANGLE, constraints=fb.Constraints(clearance=1.0))
+
+
+@pytest.mark.deep
+def test_as_large_as_it_fits_whatever_else_is_free():
+    """A sheet that may turn is as large upright as lying, and no smaller than in modes or a turn that are given."""
+    sheet = (0.21, 0.148)
+    free = fb.place(ROBOT, page=sheet, scale=None).scale
+    assert fb.place(ROBOT, page=sheet[::-1], scale=None).scale == pytest.approx(free, rel=2e-3)
+    for given in (dict(working=(-1, -1)), dict(turn=0.0)):
+        assert fb.place(ROBOT, page=sheet, scale=None, **given).scale < 1.002 * free

@@ -217,12 +217,12 @@ def test_strokes_go_apart_only_where_one_region_does_not_hold_them(monkeypatch, 
         def __init__(self, search, scale, mixed=False):
             self.key = mixed
 
-        def run(self):
+        def run(self, most=None):
             return answers[self.key]
 
     monkeypatch.setattr(module, "BranchAndBound", Fake)
     one, apart = Found(0.1, (0, 0), 0j, 0.0, 1.0), Found(0.2, (0, 1), 0j, 0.0, 2.0)
-    both, single = SimpleNamespace(paths=[1, 2]), SimpleNamespace(paths=[1])
+    both, single = (SimpleNamespace(paths=paths, grown=lambda *_: None) for paths in ([1, 2], [1]))
     answers = {False: (one, 0.5), True: (apart, 0.7)}
     assert module._best(single, scale) == (one, 0.5)
     assert module._best(both, scale) == ((one, 0.5) if scale else (apart, 0.7))

@@ -26,7 +26,7 @@ from .search import Found, Search
 
 SHARE = 0.01  # of the clearance, or of the scale: so near the bound is to come,
 LEAST = 1e-3  # of a clearance to this share of the paths' size
-CELLS = 60_000  # that are looked at after the first ones, at most
+CELLS = 60_000
 SIDE = 16  # cells on a side of the grid of shifts at first
 TURNS = 12  # in a full turn at first
 SCALES = 8  # at first, of scales that are not given,
@@ -80,13 +80,16 @@ class BranchAndBound:
         self.value = 0.0 if scale is None else search.margin
         self.bound = self.value
 
-    def run(self) -> tuple[Found | None, float]:
-        """Return the best placement, None if none keeps the margin, and the bound."""
+    def run(self, most: int = CELLS) -> tuple[Found | None, float]:
+        """Return the best placement, None if none keeps the margin, and the bound.
+
+        most: cells that are looked at after the first ones.
+        """
         cells = self._first()
         looked_at = 0
         first = True
         with progress(desc="place", unit=" cells", delay=2, leave=False) as bar:
-            while len(cells.region) and looked_at < CELLS:
+            while len(cells.region) and looked_at < most:
                 middle, upper = self._values(cells)
                 looked_at += 0 if first else len(upper)
                 bar.update(len(upper))
