@@ -62,8 +62,8 @@ def _common(parser, lab=None):
 
 
 def _check(arguments):
+    from ..grading.judging.results import withheld
     from ..grading.labs import find_lab, known_labs
-    from ..grading.results import withheld
 
     if arguments.lab is None:
         names = ", ".join(lab.name for lab in known_labs(arguments.labs))
@@ -92,8 +92,8 @@ def _hand_out_template(lab):
 
 
 def _grade(arguments):
+    from ..grading.intake.students_robots import hidden_seed, robot_for
     from ..grading.labs import find_lab
-    from ..grading.variants import hidden_seed, robot_for
 
     lab = find_lab(arguments.lab, arguments.labs)
     secret = _secret(arguments.secret_file)
@@ -166,9 +166,9 @@ def _graded(arguments, lab, how, home=False):
     from ..base.representation import printable
     from ..grading.grade import grade
     from ..grading.intake.hand_in import ProgramFile, beside, choose, listed, look_into, named_for
-    from ..grading.program import Job
-    from ..grading.results import joined
-    from ..grading.tries import with_try_counted
+    from ..grading.intake.program import Job
+    from ..grading.judging.results import joined
+    from ..grading.report.tries import with_try_counted
     from ..grading.worker.submission import SubmissionError
 
     path = arguments.file
@@ -218,8 +218,8 @@ def _show(arguments, report):
     from ..grading.report.text import report_text
 
     if arguments.html:
+        from ..grading.judging.results import withheld
         from ..grading.report.page import report_page
-        from ..grading.results import withheld
 
         _write(arguments.html, report_page(withheld(report)))
     if arguments.json:

@@ -44,7 +44,7 @@ def grade_folders(arguments, lab, secret, seed, limit, hints_from):
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
     with locked_folder(out, "grading", ("students",)):
-        offer_settings(out)
+        offer_settings(out, course.lab)
         how = seed, secret, isolate, limit, hints_from, settings.packages
         course.grade(how, arguments.jobs)
         filled = course.write()
@@ -94,9 +94,8 @@ def _print_course(course, filled):
             print(f"{words} {printable(', '.join(names))}", file=sys.stderr)
 
     for graded in course.graded:
-        for students, exact in graded.equal:
-            how = "to the letter" if exact else "but for names and formatting"
-            tell(f"{graded.name}: equal programs, {how}:", students)
+        for students, same in graded.equal:
+            tell(f"{graded.name}: equal programs ({printable(same)}):", students)
     for state, names in course.without_mark().items():
         tell(f"marks.csv: no mark yet ({state}):", names)
     if filled:
@@ -123,8 +122,8 @@ def hand_out(arguments, lab, secret):
     """Write each student's own student.py, or the lab's own and the files that tell of his
     robot.
     """
+    from ..grading.intake.students_robots import draw_for, id_key, robot_for
     from ..grading.report.outputs import file_name, write_whole
-    from ..grading.variants import draw_for, id_key, robot_for
 
     if arguments.out is None or secret is None:
         raise UsageError("--hand-out needs --out DIR and the course's secret")

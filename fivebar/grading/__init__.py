@@ -4,7 +4,7 @@ for.
 
 from .exercise import Exercise, Misconception
 from .grade import check
-from .judge import Verdict, judge
+from .judging.judge import Verdict, judge
 from .worker.live import from_functions
 from .worker.places import bwrap_trouble
 from .worker.replies import Reply

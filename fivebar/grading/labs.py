@@ -13,7 +13,7 @@ import numpy as np
 from ..base.errors import UsageError
 from ..models.robots import FiveBar, Robot
 from .exercise import Exercise
-from .variants import with_constants
+from .intake.students_robots import with_constants
 
 PACKAGE = Path(__file__).parents[1]
 SHIPPED = PACKAGE / "_labs"  # in a clone a link to labs/, which a wheel holds itself

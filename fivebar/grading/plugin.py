@@ -19,18 +19,18 @@ import numpy as np
 import pytest
 
 from ..models.robots import Robot
-from .advice import Advice
-from .ask import Ask, Wrong
-from .diagnosis import consistent, denied, explains
+from .advice.advice import Advice
 from .exercise import Misconception
-from .following import NEVER, helped, may_help, reached, remark
-from .helpers import wrong_helpers
-from .judge import Verdict
+from .intake.program import Job, Program
+from .intake.students_robots import PUBLIC_SEED
+from .judging.ask import Ask, Wrong
+from .judging.diagnosis import consistent, denied, explains
+from .judging.judge import Verdict
+from .judging.own_helpers import wrong_helpers
+from .judging.results import checked
+from .judging.with_right_ones import NEVER, helped, may_help, reached, remark
 from .labs import Lab
-from .program import Job, Program
 from .report.text import check_lines, number
-from .results import checked
-from .variants import PUBLIC_SEED
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
@@ -73,6 +73,11 @@ def _from_options(config):
         raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
     return Checks(program, option.seed)
+
+
+def _diagnosis(error):
+    """Return the mistake that a failed check is known by, None where none is."""
+    return error.verdict.diagnosis if isinstance(error, Wrong) else None
 
 
 class Checks:
@@ -162,8 +167,8 @@ class Checks:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))
                 error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
-            elif after > before.share:
-                error = self._told(item, error, called, left)
+            elif after > before.share or before.diagnosis is None and _diagnosis(left):
+                error = self._told(item, error, doubtful or called, left)
         guilty, share = [], before.share if error is not None else 1.0
         for name, helper in helpers.items():
             if name in paid or share == 1:
@@ -227,12 +232,13 @@ class Checks:
         """Return the error of a function that pays for wrong ones that it calls."""
         if not isinstance(error, Wrong):
             return error
-        last = left.verdict.diagnosis if isinstance(left, Wrong) else None
+        last = _diagnosis(left)
         names = " and ".join(wrong)
-        found = consistent(names)
+        verdict = replace(error.verdict, diagnosis=consistent(names))
         if last is not None:
             found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
-        verdict = replace(error.verdict, diagnosis=found)
+            # The mistake gives these answers, not those with the wrong functions.
+            verdict = replace(verdict, diagnosis=found, answers=left.verdict.answers)
         record = item.stash[_ASK].record
         record[-1] = replace(record[-1], verdict=verdict)
         return Wrong(verdict)

@@ -16,8 +16,7 @@ from ..models.robots import Robot
 from ..simulation.simulate import simulate
 from .columns import Columns, batch, joint_motion, joints
 from .exercise import Exercise
-from .misconceptions.right import Kind
-from .misconceptions.stepwise import exercises_on
+from .models import Kind, exercises_on
 from .samples import poses
 
 TEN = (

@@ -29,12 +29,12 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
     remarks: list[str] = []
     if isinstance(value, dict) and value.get("~") == "dict":
         value = _values_of_dict(names, value["pairs"])
-        remarks.append("came as a dict")
+        remarks.append("returned as a dict, which counts like the values alone")
     parts = [value] if len(names) == 1 else _parts(exercise, value)
     if isinstance(value, np.ndarray) and len(names) > 1:
         remarks.append(
-            f"came as an array of shape {value.shape}, not as {len(names)} values"
-            f" {', '.join(names)}"
+            f"returned one array of shape {value.shape} for the {len(names)} values"
+            f" {', '.join(names)}, which counts like these"
         )
     numbers = []
     for name, part in zip(names, parts):
@@ -42,8 +42,11 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
         shape = exercise.shape(name)
         if array.shape != shape:
             _refuse_other_shape(name, array.shape, shape)
-            asked = shape or "a number"
-            remarks.append(f"{name} came with shape {array.shape}, asked is {asked}")
+            asked = f"an array of shape {shape}" if shape else "a number"
+            remarks.append(
+                f"{name} was returned with shape {array.shape} where {asked} is asked, which counts"
+                " as well"
+            )
         numbers.append(array.ravel())
     return np.concatenate(numbers), remarks
 

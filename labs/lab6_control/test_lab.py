@@ -142,6 +142,11 @@ def judge_gains(ask, draw, delay):
             )
         elif over > OVERSHOOT:
             reason = f"the error overshoots by {over:.2g} of itself"
+        if reason and kp > 0 and 0 < kd < 1.8 * kp**0.5:
+            damping = kd / (2 * kp**0.5)
+            reason += f"; the damping kd / (2 sqrt(kp)) is {damping:.2g}, and 1 is enough"
+        elif reason and kd * period > 1:
+            reason += f"; kd times the period is {kd * period:.2g}, and more than 1 is too much"
         if reason:
             wrong += 1
             first = first or (reason, f"gains(period={period:g})", f"kp = {kp:.6g}, kd = {kd:.6g}")

@@ -8,7 +8,7 @@ import numpy as np
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.columns import times
-from fivebar.grading.misconceptions.stepwise import exercises_on
+from fivebar.grading.models import exercises_on
 from fivebar.grading.ten_models import TEN
 
 ROBOT = fb.Biglide()  # the handout's

@@ -14,9 +14,9 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.grading import check
+from fivebar.grading.intake.students_robots import hidden_seed, robot_of
 from fivebar.grading.labs import known_labs
 from fivebar.grading.samples import beside_type_1, beside_type_2, poses
-from fivebar.grading.variants import hidden_seed, robot_of
 from tests.helpers import ROOT
 from tests.helpers.instructors import contents, pack
 

@@ -21,9 +21,9 @@ from fivebar.grading.course import graders
 from fivebar.grading.course.cohort import STATE, GraderError, _one, begin, run_cohort, trouble_of
 from fivebar.grading.grade import grade
 from fivebar.grading.intake.cohort_folder import Entry, entries_of, find_hand_ins
+from fivebar.grading.intake.program import Job
+from fivebar.grading.intake.students_robots import robot_for, with_constants
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
-from fivebar.grading.variants import robot_for, with_constants
 from fivebar.grading.worker.sandbox import IsolationError
 from tests.helpers import ROOT
 

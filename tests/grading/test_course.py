@@ -10,8 +10,8 @@ import pytest
 
 from fivebar.cli import main
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
 from fivebar.grading.report.outputs import gradescope_text
 
 from ..helpers.grading_lab import HALF, RIGHT, SHIFTED, UNTOUCHED, write_lab, written

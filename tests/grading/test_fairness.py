@@ -11,8 +11,8 @@ import pytest
 import fivebar as fb
 from fivebar.grading import check
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
 from fivebar.grading.worker import student as worker
 from fivebar.grading.worker.sandbox import KilledError
 from fivebar.grading.worker.student import Student
@@ -163,7 +163,7 @@ def test_numbers_of_every_kind_are_read(tmp_path):
     bad = bad.replace("Length(1.0)", "Word('1')")
     with Student(Submission("a.py", bad)) as program:
         replies = program.ask("pair", [(i,) for i in range(5)])
-    from fivebar.grading.judge import judge
+    from fivebar.grading.judging.judge import judge
 
     exercise = find_lab("forms", lab.parent).exercises()["pair"]
     texts = [
@@ -304,7 +304,7 @@ def test_methods_of_a_class_are_functions_and_its_numbers_the_robots(tmp_path):
 )
 def test_pairs_of_any_form_are_read(returned):
     source = f"def f(x, y):\n    return {returned}\ndef g(x): return iter(int, 1)\n"
-    from fivebar.grading.judge import judge
+    from fivebar.grading.judging.judge import judge
 
     pair = find_lab("lab1").exercises()["dgm"]
     rows = np.linspace(0, 0.5, 8), np.linspace(0, 0.3, 8), -np.ones(8)

@@ -11,8 +11,8 @@ import pytest
 from fivebar.cli import main
 from fivebar.grading.intake.cohort_folder import entries_of, find_hand_ins, not_graded
 from fivebar.grading.intake.hand_in import choose, look_into
+from fivebar.grading.intake.students_robots import robot_of
 from fivebar.grading.labs import find_lab
-from fivebar.grading.variants import robot_of
 from fivebar.grading.worker.submission import SubmissionError, read_submission
 
 from ..helpers.grading_lab import CONSTANTS, RIGHT, SHIFTED, UNTOUCHED, write_lab, written

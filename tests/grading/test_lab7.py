@@ -12,10 +12,10 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.grading import Student, read_submission
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.program import Job
+from fivebar.grading.intake.students_robots import biglide_of, robot_from, with_constants
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
 from fivebar.grading.samples import beside_type_1, beside_type_2, poses, unequal_biglide
-from fivebar.grading.variants import biglide_of, robot_from, with_constants
 from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
 
 RIGHT = (SOLUTIONS / "lab7.py").read_text("utf-8")

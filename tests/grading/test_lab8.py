@@ -6,8 +6,8 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
 from tests.helpers import DATA
 from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
 

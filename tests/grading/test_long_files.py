@@ -8,8 +8,8 @@ import time
 import pytest
 
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
 from fivebar.grading.worker.student import Student
 from fivebar.grading.worker.submission import Submission
 from tests.helpers.hand_ins import FOLDER

@@ -14,9 +14,10 @@ from fivebar.grading.course.copies import equal_programs
 from fivebar.grading.course.feedback import page_for
 from fivebar.grading.course.gradebook import moodle_time
 from fivebar.grading.course.marks import Mark
-from fivebar.grading.course.settings import read_settings
+from fivebar.grading.course.settings import offer_settings, read_settings
 from fivebar.grading.course.sheet import read_sheet
-from fivebar.grading.results import Check, Report
+from fivebar.grading.judging.results import Check, Report
+from fivebar.grading.labs import find_lab
 
 from ..helpers.grading_lab import HALF, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
 
@@ -270,49 +271,98 @@ def test_of_several_attempts_the_best_counts(course, tmp_path):
     assert "5 of 6 are graded already" in err
 
 
-RENAMED = (
-    "import math as m\n\n\ndef unit(angle):\n    # my own\n    return (m.cos(angle),\n            m.sin(angle))\n\n\n"
-    "def elbow(theta):\n    '''The elbow.'''\n    c, s = unit(theta)\n    return (-d / 2 + l11 * c, l11 * s)\n"
-)
-ORIGINAL = (
-    (
-        "import math\ndef direction(q):\n    return math.cos(q), math.sin(q)\ndef elbow(q11):\n"
-        "    x, y = direction(q11)\n    return -d/2 + l11*x, l11*y\n"
-    )
-    .replace("math", "m")
-    .replace("import m\n", "import math as m\n")
-)
-ASKED = frozenset({"elbow"})
+ORIGINAL = """import math as m
+def direction(q):
+    return m.cos(q), m.sin(q)
+def elbow(q11):
+    x, y = direction(q11)
+    size = m.sqrt(x**2 + y**2)
+    return -d/2 + l11*x/size, l11*y/size
+def tip(q11, q12):
+    x, y = elbow(q11)
+    c, s = direction(q11 + q12)
+    x, y = x**2 + y**2, x*y
+    return x**2 + y + l12*c, y**2 + x + l12*s
+"""
+RENAMED = """import math as mt
+
+
+def tip(first, second):
+    '''The end.'''
+    a, b = elbow(first)
+    e, f = unit(first + second)
+    a, b = a**2 + b**2, a * b
+    return (a**2 + b + l12 * e, b**2 + a + l12 * f)
+
+
+def unit(angle):
+    # my own
+    return (mt.cos(angle),
+            mt.sin(angle))
+
+
+def elbow(theta):
+    '''The elbow.'''
+    c, s = unit(theta)
+    w = mt.sqrt(c**2 + s**2)
+    return (-d / 2 + l11 * c / w, l11 * s / w)
+""".replace("mt.", "m.").replace("as mt", "as m")
+ASKED = frozenset({"elbow", "tip"})
+BOTH = "elbow, tip, but for names and formatting"
 
 
 @pytest.mark.parametrize(
     "other, equal",
     [
-        (RENAMED, True),
-        (ORIGINAL.replace("\n", "\r\n\r\n") + "print(1)\n", True),
-        (ORIGINAL.replace("l11*y", "l11*x"), False),
-        (ORIGINAL.replace("m.cos(q), m.sin(q)", "m.sin(q), m.cos(q)"), False),
-        (ORIGINAL.replace("- d/2", "+ d/2").replace("-d/2", "d/2"), False),
+        (RENAMED, BOTH),
+        (ORIGINAL.replace("\n", "\r\n\r\n") + "print(1)\n", BOTH),
+        (ORIGINAL.replace("l11*y", "l11*x").replace("l12*s", "l12*c"), ""),
+        (ORIGINAL.replace("- d/2", "+ d/2").replace("-d/2", "d/2"), ""),  # tip alone is short
     ],
 )
 def test_programs_are_equal_but_for_names_and_formatting(other, equal):
     found = equal_programs({"anna": ORIGINAL, "ben": other}, UNTOUCHED, ASKED)
-    assert found == ([(("anna", "ben"), False)] if equal else [])
+    assert found == ([(("anna", "ben"), equal)] if equal else [])
+
+
+def test_an_untouched_template_of_another_year_accuses_nobody():
+    shown = ORIGINAL.replace("def elbow", "def shown").replace("def tip", "def drawn")
+    todo = shown + "def elbow(q11):\n    x = 0\n    y = 0\n    return x, y\n"
+    found = equal_programs(dict.fromkeys("abcdefgh", todo), UNTOUCHED, ASKED)
+    assert found == []
+    own = {"a": ORIGINAL, "b": ORIGINAL} | dict.fromkeys("cdefgh", todo)
+    assert equal_programs(own, UNTOUCHED, ASKED) == [(("a", "b"), "all, to the letter")]
+
+
+def test_the_settings_that_are_offered_are_in_the_words_of_the_lab(tmp_path):
+    for name in ("lab2_kinematics", "amoro"):
+        offer_settings(tmp_path, find_lab(name))
+        path = tmp_path / "course.toml"
+        assert f"[points.{name}]" in path.read_text("utf-8")
+        shown = path.read_text("utf-8").split("\n\n", 1)[1].replace('"sympy"', '"numpy"')
+        path.write_text(shown.replace("# ", "", 1).replace("\n# ", "\n"), "utf-8")
+        assert {"test_*": 0.5}.items() < read_settings(tmp_path).points[name].items()
+        path.unlink()
 
 
 @pytest.mark.deep
 def test_equal_programs_are_told_and_the_template_is_none(course, tmp_path):
-    copy = RIGHT.replace("q11", "angle") + "\n\n# mine\n"
+    right = f"{RIGHT}\n\n{ORIGINAL.split('def elbow')[0]}def tip{ORIGINAL.split('def tip')[1]}"
+    right = right.replace(
+        "return x**2", "return (x - 1)**2 + (y - 1)**2 + (x + y)**2 + x**3 - x**2"
+    )
+    right = right.replace("    x, y = x**2", "    x, y = x*y + x - y, y*x + y - x\n    x, y = x**2")
+    copy = right.replace("q11", "angle") + "\n\n# mine\n"
     hand_in(
         tmp_path,
-        anna=RIGHT,
+        anna=right,
         ben=copy,
         carl=SHIFTED,
         dora=UNTOUCHED,
         emil=UNTOUCHED + "\n# no time\n",
     )
     _, err = course()
-    assert "elbow: equal programs, but for names and formatting: anna, ben" in err
+    assert "elbow: equal programs (tip, but for names and formatting): anna, ben" in err
     marks = rows(tmp_path / "out" / "marks.csv")
     assert [marks[name]["same program as"] for name in ("anna", "ben", "carl", "dora", "emil")] == [
         "ben",
@@ -328,7 +378,9 @@ def test_equal_programs_are_told_and_the_template_is_none(course, tmp_path):
     "source", ["x = (" + "1+" * 40_000, "-" * 50_000, "def f(:\n", "x=1;" * 20_000, "\0"]
 )
 def test_no_program_is_too_strange_to_be_compared(source):
-    assert equal_programs({"a": source, "b": source, "c": RIGHT}, "", ASKED) == [(("a", "b"), True)]
+    assert equal_programs({"a": source, "b": source, "c": RIGHT}, "", ASKED) == [
+        (("a", "b"), "all, to the letter")
+    ]
 
 
 @pytest.mark.deep
@@ -376,8 +428,8 @@ def test_settings_are_offered_and_none_is_set_by_that(course, tmp_path):
     course()
     path = tmp_path / "out" / "course.toml"
     assert read_settings(tmp_path / "out") == read_settings(tmp_path / "nowhere")
-    uncommented = path.read_text("utf-8").replace("\n# ", "\n").replace("Only", "# Only")
-    written(path, uncommented.replace("amoro", "elbow").replace("sympy", "scipy"))
+    shown = path.read_text("utf-8").split("\n\n", 1)[1].replace("sympy", "scipy")
+    written(path, f"\n{shown}".replace("\n# ", "\n").replace("Only", "# Only"))
     found = read_settings(tmp_path / "out")
     assert found.due == datetime.datetime(2027, 1, 31, 18) and found.points["elbow"]
 

@@ -12,17 +12,17 @@ import pytest
 from fivebar.grading import plugin
 from fivebar.grading.exercise import Misconception
 from fivebar.grading.grade import check, grade
-from fivebar.grading.judge import Verdict
+from fivebar.grading.intake.program import Job
+from fivebar.grading.judging.judge import Verdict
+from fivebar.grading.judging.results import Check
 from fivebar.grading.labs import find_lab
 from fivebar.grading.plugin import Checks
-from fivebar.grading.program import Job
-from fivebar.grading.results import Check
 from fivebar.grading.worker import places
 from fivebar.grading.worker.wire import Garbled, told, whole
 from tests.helpers.hand_ins import FOLDER, hand_ins
 
 sys.path.insert(0, str(places.CELL))
-from changes import DROPPED, WAVES, Trials, Variants  # noqa: E402
+from changes import WAVES, Trials, Variants  # noqa: E402
 
 sys.path.remove(str(places.CELL))
 
@@ -69,7 +69,6 @@ TRIED = {
         "c = array([0, 0])\n    c[1] = a * b\n    return c[1]",
     ),
     "an index": ("p = [a, b]\n    return p[1] * l", "p = [a, b]\n    return p[0] * l"),
-    "a matrix of ones": ("return a * a", "return (a * ones((2, 2)))[0] @ [a, b]"),
     "the order": ("return atan2(a, b)", "return atan2(b, a)"),
     "an inverse": ("return (inv(A(a, b)) @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
     "a transpose": ("return (A(a, b).T @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
@@ -130,13 +129,6 @@ def test_a_change_in_two_places_comes_before_one_in_four():
     assert places == sorted(places, key=lambda count: count > 2)
 
 
-def test_another_key_of_a_dictionary_is_tried():
-    right = "def f(a, b):\n    p = {'left': a, 'right': b}\n    return p['left'] + p['right']\n"
-    wrong = right.replace("+ p['right']", "+ p['left']")
-    found = outcomes((right, wrong), "f", 0.3, 0.7)
-    assert [told for told in found if told[0] == "an index"]
-
-
 def test_a_change_is_made_in_both_legs_alike():
     wrong = FRAMES.replace("u1 = rot(q11 + q12)", "u1 = rot(q11 - q12)")
     wrong = wrong.replace("u2 = rot(q21 + q22)", "u2 = rot(q21 - q22)")
@@ -155,60 +147,6 @@ def test_a_loop_that_a_change_makes_endless_ends():
     assert ("a comparison", "a < 3", "a > 3") in found
 
 
-RIGHT_LINES = "def f(a, b):\n    c = a * b\n    a = c + 1\n    c += a\n    return c\n"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "change"),
-    [
-        ("    return", "    c = c - b\n    return", ("a line", "c = c - b", DROPPED)),
-        ("c += a", "c -= a", ("a sign", "c -= a", "c += a")),
-        (
-            "    a = c + 1\n    c += a",
-            "    c += a\n    a = c + 1",
-            ("the order of lines", "c += a; a = c + 1", "a = c + 1; c += a"),
-        ),
-    ],
-)
-def test_a_line_too_much_and_lines_in_the_wrong_order(old, new, change):
-    found = outcomes((RIGHT_LINES, RIGHT_LINES.replace(old, new)), "f", 0.37, 0.61)
-    assert change in found
-
-
-LOOP = "def f(a):\n    s = 0\n    for k in range(3):\n        s += k * a\n        a += 1\n    s -= a\n    return s\n"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "text", "more"),
-    [
-        ("    s -= a", "        s -= a", 6, "s -= a", "less"),
-        ("        a += 1", "    a += 1", 5, "a += 1", "more"),
-        ("    return", "        return", 7, "return s", "less"),
-    ],
-)
-def test_a_line_is_indented_less_or_more(old, new, line, text, more):
-    wrong = LOOP.replace(old, new)
-    if "        return" in wrong:
-        wrong = wrong.replace("    s -= a\n", "        s -= a\n")
-        right = LOOP.replace("    s -= a\n", "        s -= a\n")
-    else:
-        right = LOOP
-    found = outcomes((right, wrong), "f", 0.37)
-    assert ("the indentation", text, f"this line indented {more}") in found
-    lines = {c.told[0] for v in each_change(wrong, "f") for c in v.changes if c.told[3] == text}
-    assert line in lines
-
-
-def test_a_matrix_is_put_into_a_product():
-    head = "from numpy import array\ndef f(a, b):\n"
-    head += "    A, B = array([[a, b], [b, 1]]), array([[1, a], [0, b]])\n"
-    right, wrong = (
-        head + f"    return (A.T @ {middle}(B @ [a, b]))[0]\n" for middle in ("A @ ", "")
-    )
-    found = outcomes((right, wrong), "f", 0.37, 0.61)
-    assert ("a matrix product", "A.T", "A.T @ A") in found
-
-
 def test_a_second_change_is_in_the_line_of_the_first():
     source = "\n\ndef f(a, b):\n    return (a + b**2 - b**2)\n"
     first = next(v for v in each_change(source, "f") if v.changes)
@@ -217,12 +155,6 @@ def test_a_second_change_is_in_the_line_of_the_first():
         getattr(part, "lineno", 4) for node in first.changed(number)[0] for part in ast.walk(node)
     }
     assert lines == {3, 4}
-
-
-def test_an_array_under_two_names_becomes_two_arrays():
-    wrong = "def f(a):\n    x = y = [0.0]\n    x[0] = a\n    return y[0] + a\n"
-    found = outcomes((wrong.replace("x = y = [0.0]", "x, y = [0.0], [0.0]"), wrong), "f", 0.4)
-    assert ("an array in place", "x = y = [0.0]", "x = [0.0]; y = [0.0]") in found
 
 
 def test_what_reads_alike_but_for_a_sign_is_changed_at_once():
@@ -252,12 +184,6 @@ def test_the_sign_of_a_term_comes_before_one_in_it():
     told = [change.told[3:] for change in Variants(body, "f", [], [], WAVES[1]).changes]
     inside, whole = ("b", "-b"), ("a * pow(b, 3)", "-(a * pow(b, 3))")
     assert told.index(whole) < told.index(inside)
-
-
-def test_a_line_that_forgets_what_was_there_adds_to_it():
-    right = "def f(a):\n    x = [0.0]\n    x[0] = a * a\n    x[0] -= 3 * a\n    return x[0]\n"
-    found = outcomes((right, right.replace("x[0] -= 3", "x[0] = -3")), "f", 0.4)
-    assert ("an operator", "x[0] = -3 * a", "x[0] += -3 * a") in found
 
 
 def test_a_name_that_another_check_of_the_function_denies_is_taken_back(monkeypatch):
@@ -400,7 +326,7 @@ def test_a_slip_in_a_helper_is_told_once_and_the_others_keep_their_points(tmp_pa
     wrong = [check for check in found.checks if check.share < 1]
     assert found.points == 18 and {check.function for check in wrong} == {"dkm2"}
     assert {check.misconception for check in wrong} == {
-        "right but for one thing: a bracket, in your squares"
+        "a bracket in the wrong place, in your squares"
     }
     assert all("(l * (q11D + q12D)) ** 2" in check.spot for check in wrong)
 
@@ -408,18 +334,6 @@ def test_a_slip_in_a_helper_is_told_once_and_the_others_keep_their_points(tmp_pa
 @pytest.mark.deep
 def test_a_helper_of_lab_8_is_paid_for_once(tmp_path):
     assert report(tmp_path, "offset taken off").points == 17
-
-
-@pytest.mark.deep
-def test_what_cannot_be_mended_in_one_place_is_not_told_so(tmp_path):
-    path = tmp_path / "my.py"
-    wrong = FRAMES.replace(
-        "return la.solve(J1, v)[0], la.solve(J2, v)[0]", "return 3 * xD, xD + yD"
-    )
-    path.write_text(wrong, "utf-8")
-    found = grade(find_lab("amoro"), Job(path, seed="mends"))
-    assert found.points == 18
-    assert not any(c.spot or c.misconception for c in found.checks if c.function == "ikm")
 
 
 @pytest.mark.deep
@@ -431,7 +345,8 @@ def test_two_slips_in_one_function_are_told_together(tmp_path):
     found = grade(find_lab("amoro"), Job(path, seed="mends"))
     checks = [check for check in found.checks if check.function == "dkm_passive"]
     (name,) = {check.misconception for check in checks}
-    assert found.points == 18 and name.startswith("right but for two things: ")
+    assert found.points == 18
+    assert name == "factor l11 too much in the passive joints' answer; and the sign of q21D"
     (spot,) = {check.spot for check in checks}
     assert (
         spot.count("right answers come with") == 2

@@ -17,12 +17,12 @@ from fivebar.grading.course.marks import Table
 from fivebar.grading.grade import grade
 from fivebar.grading.intake.cohort_folder import Entry
 from fivebar.grading.intake.hand_in import Left
+from fivebar.grading.intake.program import Job
+from fivebar.grading.judging.results import Check, Report
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
 from fivebar.grading.report import outputs
 from fivebar.grading.report.page import POLICY, fragment, report_page
 from fivebar.grading.report.text import report_text
-from fivebar.grading.results import Check, Report
 from tests.helpers import DATA
 
 from ..helpers.grading_lab import CRASHES, HALF, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
@@ -207,7 +207,7 @@ def test_hostile_text_is_harmless_everywhere(tmp_path):
     ):
         assert "\x1b" not in text and "\u202e" not in text and "\r" not in text
     left = [("", Left(HOSTILE, HOSTILE)), (HOSTILE, Left("a", "b"))]
-    equal = [((HOSTILE, "anna"), True)]
+    equal = [((HOSTILE, "anna"), HOSTILE)]
     lost = replace(hostile, ungraded=HOSTILE, checks=())
     write_summary(tmp_path, "lab", [hostile, hostile, lost], left, equal)
     table = Table(tmp_path, ["lab"])

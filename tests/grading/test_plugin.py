@@ -11,8 +11,8 @@ import pytest
 import fivebar as fb
 from fivebar.grading import Reply
 from fivebar.grading.grade import grade, run_checks
+from fivebar.grading.intake.program import Job, Program
 from fivebar.grading.labs import Lab, find_lab
-from fivebar.grading.program import Job, Program
 from tests.helpers import DATA, LABS
 
 from ..helpers.grading_lab import HALF, HANGS, RIGHT, SHIFTED, write_lab, written

@@ -13,10 +13,7 @@ Q = 6 * A - 3
 M = np.stack([np.stack([A, B], -1), np.stack([A * A, A - B], -1)], axis=1)
 
 PAIR = Exercise("f(a, b) -> x, y", lambda robot, a, b: (a * b, a - 2 * b))
-ONE = Exercise("f(a, b) -> x", lambda robot, a, b: a * b)
-NOUGHT = Exercise("f(a, b) -> x", lambda robot, a, b: 0 * a)
 ANGLE = Exercise("f(a, b) -> q", lambda robot, a, b: 6 * a - 3, angles=("q",))
-ANGLES = Exercise("f(a, b) -> q, x", lambda robot, a, b: (6 * a - 3, a * b), angles=("q",))
 MATRIX = Exercise(
     "f(a, b) -> M, x",
     lambda robot, a, b: (
@@ -43,15 +40,6 @@ def named(exercise, *came, rows=12, refused=(), tolerance=1e-9):
 
 RELATIONS = {
     "exchanged": (PAIR, (Y, X), "x and y exchanged"),
-    "a sign": (PAIR, (-X, Y), "the sign of x is wrong in every row"),
-    "the other sign": (PAIR, (X, -Y), "the sign of y is wrong in every row"),
-    "factor": (PAIR, (0.18 * X, Y), "x is 0.18 times the right one in every row"),
-    "two factors": (
-        PAIR,
-        (3 * X, 7 * Y),
-        "x is 3 times the right one in every row; y is 7 times the right one in every row",
-    ),
-    "offset": (PAIR, (X + 0.118, Y), "x is off by 0.118 in every row"),
     "constant": (
         PAIR,
         (0 * X + 1, 0 * Y),
@@ -62,13 +50,6 @@ RELATIONS = {
         (X, X - X),
         "y is 0, whatever the arguments: is it still to be written?",
     ),
-    "of nought no factor": (NOUGHT, (X - X + 0.0123,), "x is off by 0.0123 in every row"),
-    "half a turn": (ANGLE, (Q + np.pi,), "q is off by 3.142 in every row"),
-    "an angle's sign": (ANGLES, (-Q, X), "the sign of q is wrong in every row"),
-    "angle beside a right one": (ANGLES, (Q + 0.2, X), "q is off by 0.2 in every row"),
-    "a matrix's factor": (MATRIX, (M / 9, X), "M is 0.1111 times the right one in every row"),
-    "a matrix's sign": (MATRIX, (-M, X), "the sign of M is wrong in every row"),
-    "beside a matrix": (MATRIX, (M, X + 0.118), "x is off by 0.118 in every row"),
 }
 
 
@@ -94,6 +75,8 @@ def test_a_relation_that_one_row_breaks_is_not_named(exercise, came, name, row):
         (ANGLE, (3 * Q,)),  # a factor of an angle says nothing
         (MATRIX, (M + A[:, None, None], X)),
         (PAIR, (3 * X, Y + A * A)),
+        (PAIR, (0.18 * X, Y)),  # what a factor of the answer comes from is found in the formula
+        (PAIR, (X + 0.118, -Y)),
     ],
 )
 def test_what_is_no_plain_relation_is_not_named(exercise, came):

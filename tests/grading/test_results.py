@@ -8,8 +8,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception, Verdict
-from fivebar.grading.ask import Asked, Wrong
-from fivebar.grading.results import Check, Report, checked, withheld
+from fivebar.grading.judging.ask import Asked, Wrong
+from fivebar.grading.judging.results import Check, Report, checked, withheld
 
 DGM = Exercise("dgm(q11, q21, assembly_mode) -> x, y", None)
 SAMPLE = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fivebar.grading import Exercise
+from fivebar.grading import Exercise, Reply, judge
 from fivebar.grading.values import Unfit, read
 
 DGM = Exercise("dgm(q11, q21, assembly_mode) -> x, y", None)
@@ -13,27 +13,42 @@ WIDE = Exercise("f(a) -> J", None, shapes={"J": (2, 3)})
 MODEL = Exercise("f(a) -> M, c", None, shapes={"M": (2, 2), "c": (2,)})
 
 
+AS_DICT = "returned as a dict, which counts like the values alone"
+
+
 @pytest.mark.parametrize(
     ("exercise", "value", "numbers", "remarks"),
     [
         (DGM, [1, True], [1, 1], []),
-        (DGM, PAIRS, [1, 2], ["came as a dict"]),
+        (DGM, PAIRS, [1, 2], [AS_DICT]),
         (
             DGM,
             np.array([[1], [2]]),
             [1, 2],
-            ["came as an array of shape (2, 1), not as 2 values x, y"],
+            ["returned one array of shape (2, 1) for the 2 values x, y, which counts like these"],
         ),
-        (DGM, [np.array([[1.0]]), 2], [1, 2], ["x came with shape (1, 1), asked is a number"]),
+        (
+            DGM,
+            [np.array([[1.0]]), 2],
+            [1, 2],
+            ["x was returned with shape (1, 1) where a number is asked, which counts as well"],
+        ),
         (DGM, [1 + 1e-13j, np.array(-2 + 0j)], [1, -2], []),
         (KIND, 3, [3], []),
-        (KIND, [3], [3], ["n came with shape (1,), asked is a number"]),
-        (KIND, {"~": "dict", "pairs": [["n", 4]]}, [4], ["came as a dict"]),
+        (
+            KIND,
+            [3],
+            [3],
+            ["n was returned with shape (1,) where a number is asked, which counts as well"],
+        ),
+        (KIND, {"~": "dict", "pairs": [["n", 4]]}, [4], [AS_DICT]),
         (
             MODEL,
             [[[1, 2], [3, 4]], [[5], [6]]],
             [1, 2, 3, 4, 5, 6],
-            ["c came with shape (2, 1), asked is (2,)"],
+            [
+                "c was returned with shape (2, 1) where an array of shape (2,) is asked, which counts as well"
+            ],
         ),
     ],
 )
@@ -99,3 +114,15 @@ def test_what_cannot_be_read_says_why(exercise, value, reason, text):
     with pytest.raises(Unfit) as unfit:
         read(exercise, value)
     assert (unfit.value.reason, str(unfit.value)) == (reason, text)
+
+
+def test_an_axis_has_no_sense_of_direction():
+    """An angle that is half a turn off is another one; an axis is the same."""
+    right = np.linspace(-1, 1, 5)
+    replies = [Reply("value", [q + np.pi, q + np.pi]) for q in right]
+    for axes, share in (((), 0.0), (("phi",), 0.0), (("phi", "psi"), 1.0)):
+        angles = tuple({"phi", "psi"} - {*axes})
+        model = Exercise("f(q) -> phi, psi", lambda robot, q: (q, q), angles=angles, axes=axes)
+        assert judge(model, None, (right,), replies).share == share
+    with pytest.raises(ValueError, match="does not return theta"):
+        Exercise("f(q) -> phi", None, axes=("theta",))

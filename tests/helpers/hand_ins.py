@@ -9,8 +9,8 @@ from functools import cache
 from pathlib import Path
 
 from fivebar.grading.grade import grade
+from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
-from fivebar.grading.program import Job
 from tests.helpers import DATA
 from tests.helpers.mended import holds_elsewhere, in_the_right_place
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import fivebar as fb
 from fivebar.grading import Reply, Verdict, judge
-from fivebar.grading.judge import TOLERANCE
+from fivebar.grading.judging.judge import TOLERANCE
 from tests.helpers import DATA, LABS
 
 FOLDERS = {folder.name.split("_")[0]: folder for folder in sorted(LABS.glob("lab*_*"))}

@@ -28,8 +28,8 @@ from fivebar.grading.course import marks, settings
 from fivebar.grading.course.cohort import begin
 from fivebar.grading.course.gradebook import Gradebook
 from fivebar.grading.intake.hand_in import look_into
+from fivebar.grading.judging.results import Check, Report
 from fivebar.grading.labs import find_lab
-from fivebar.grading.results import Check, Report
 from fivebar.grading.worker.submission import read_submission
 from fivebar.linkages import FourBar, Study, study
 from fivebar.optimal_design.designs import designs_of
@@ -377,7 +377,8 @@ OWN = {
     "files of the package and its dependencies": """visualization.document:document visualization.document:report visualization.document:script
         visualization.plot.panels:_styles visualization.view.page:_packed_viewer visualization.view.page:page
         cli.grade:_hand_out_template amoro.ros_free.marking:confined_program
-        grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
+        grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash
+        grading.course.settings:offer_settings""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
         amoro.ros_free.child:main
         grading.worker.cell.__main__:main
@@ -390,7 +391,7 @@ OWN = {
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",
-    "its own count, which begins anew where it is damaged; tests/grading/test_tries.py": "grading.tries:_read",
+    "its own count, which begins anew where it is damaged; tests/grading/test_tries.py": "grading.report.tries:_read",
     "its own words": "optimal_design.task:about optimal_design.results:plain_parameters",
     "a script that its user runs; tests/amoro": "amoro.ros_free.child:_code",
     "what paths.certificates.checker:check has proved": "cli.certify:_check",

@@ -21,12 +21,12 @@ from ...base.tables import STRANGE
 from ...base.workers import first_done
 from ..grade import OTHER_LAB, OTHER_ROBOT, job_hash, own_robot
 from ..intake.cohort_folder import Entry
+from ..intake.program import Job
+from ..intake.students_robots import robot_for
+from ..judging.results import Report
 from ..labs import Lab
-from ..program import Job
 from ..report.outputs import file_name, write_whole
 from ..report.text import nothing_is_filled_in
-from ..results import Report
-from ..variants import robot_for
 from ..worker.submission import SubmissionError, read_submission
 from .graders import GraderError, Workers
 

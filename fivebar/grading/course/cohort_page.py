@@ -10,10 +10,10 @@ from urllib.parse import quote
 
 from ...visualization.document import table
 from ..intake.hand_in import Left
+from ..judging.results import Report
 from ..report.outputs import CHECK_COLUMNS, check_rows, csv_text, file_name, write_whole
 from ..report.page import page, text
 from ..report.text import number
-from ..results import Report
 from .cohort import trouble_of
 from .items import has_marks, items, misconceptions, scores_text, students_text
 
@@ -44,10 +44,10 @@ MISCONCEPTIONS = ("function", "misconception", "students")
 
 
 EQUAL = (
-    "The same functions, in any order; names, comments and formatting do not count. Short right"
-    " programs may be equal by chance."
+    "Functions that these students filled in alike; names, comments and formatting do not count,"
+    " nor do functions of a line or two, which all must write."
 )
-Group = tuple[tuple[str, ...], bool]  # students with equal programs; whether to the letter
+Group = tuple[tuple[str, ...], str]  # students, and what of their programs is equal
 
 
 def write_summary(
@@ -85,10 +85,7 @@ def write_summary(
         ),
     }
     if equal:
-        rows = [
-            (text(", ".join(students)), "to the letter" if exact else "other names or formatting")
-            for students, exact in equal
-        ]
+        rows = [(text(", ".join(students)), text(same)) for students, same in equal]
         body += f"<h2>Equal programs</h2><p>{EQUAL}</p>"
         body += table("Equal programs", ("Students", "Equal"), rows)
     for title, (columns, found) in parts.items():

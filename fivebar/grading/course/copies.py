@@ -1,50 +1,66 @@
-"""Programs that are equal: to the letter, or after names, comments and formatting are set aside."""
+"""Functions that students have in common: to the letter, or after names, comments and formatting
+are set aside.
+"""
 
 from __future__ import annotations
 
 import ast
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Mapping
+from itertools import combinations
 
 # The most of a source that is parsed: Python's parser takes time.
 MOST_LETTERS = 60_000
 MOST_LINE = 4000
+# Syntax nodes of a function that is compared, and of all that two students share.
+SHORTEST = 60
+LEAST = 150
+MOST_ALIKE = 3  # students who have the same function, however few there are in all
 
 
 def equal_programs(
     sources: Mapping[str, str], template: str, asked: frozenset[str]
-) -> list[tuple[tuple[str, ...], bool]]:
-    """Return groups (students, equal to the letter) of more than one.
+) -> list[tuple[tuple[str, ...], str]]:
+    """Return groups (students, what of their programs is equal) of more than one.
 
-    Programs are equal where they have the same functions, in any order and whatever their
-    arguments, variables and helpers are called. Functions as the template has them do not count.
+    What students filled in is compared function by function, in any order and whatever their
+    arguments, variables and helpers are called. It does not count what the template has, what most
+    of a class have, as another template may have it, or what is so short that all must write it.
     asked: the names of functions that a lab gives.
     """
-    known = set(functions(template, asked) or ())
-    groups: dict = defaultdict(list)
+    handed_out = functions(template, asked) or {}
+    parts: dict[str, dict[str, tuple[str, int]]] = {}
     for student, source in sources.items():
-        if source == template:
-            continue
-        parts = functions(source, asked)
-        if parts is None:
-            own = source
-        else:
-            own = tuple(sorted(set(parts) - known))
-        if own:
-            groups[own].append(student)
-    found: list[tuple[tuple[str, ...], bool]] = []
-    for students in groups.values():
-        if len(students) == 1:
-            continue
-        distinct = {sources[student] for student in students}
-        exact = len(distinct) == 1
-        found.append((tuple(students), exact))
-    return found
+        found = functions(source, asked)
+        if found is None:  # it cannot be parsed: to be compared as it is
+            found = {source: ("all", LEAST)}
+        parts[student] = {
+            text: told
+            for text, told in found.items()
+            if told[1] >= SHORTEST and text not in handed_out
+        }
+    owners = Counter(text for found in parts.values() for text in found)
+    common = {text for text, count in owners.items() if count > max(MOST_ALIKE, len(sources) / 2)}
+    groups: dict[frozenset[str], dict[str, None]] = {}
+    for one, other in combinations(parts, 2):
+        shared = frozenset(parts[one].keys() & parts[other].keys() - common)
+        if sum(parts[one][text][1] for text in shared) >= LEAST:
+            groups.setdefault(shared, {}).update({one: None, other: None})
+    return [(tuple(students), _words(sources, parts, *students)) for students in groups.values()]
 
 
-def functions(source: str, asked: frozenset[str]) -> tuple[str, ...] | None:
-    """Return the functions and classes of a program with plain names, None where it cannot be
-    parsed.
+def _words(sources, parts, first, *others):
+    """Return what students share."""
+    if all(sources[student] == sources[first] for student in others):
+        return "all, to the letter"
+    same = set.intersection(*(set(parts[student]) for student in (first, *others)))
+    names = sorted(parts[first][text][0] for text in same)
+    return f"{', '.join(names)}, but for names and formatting"
+
+
+def functions(source: str, asked: frozenset[str]) -> dict[str, tuple[str, int]] | None:
+    """Return the functions and classes of a program with plain names, each as text -> (its own
+    name, its number of syntax nodes); None where the program cannot be parsed.
     """
     longest_line = max(map(len, source.split("\n")))
     if len(source) > MOST_LETTERS or longest_line > MOST_LINE:
@@ -52,13 +68,14 @@ def functions(source: str, asked: frozenset[str]) -> tuple[str, ...] | None:
     try:
         tree = ast.parse(source)
         given = _given_names(tree) - asked
-        found = []
+        found = {}
         for node in tree.body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef):
-                found.append(_plain(node, given))
+                name = node.name
+                found[_plain(node, given)] = name, sum(1 for _ in ast.walk(node))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
-    return tuple(found)
+    return found
 
 
 def _given_names(tree):

@@ -9,10 +9,10 @@ from pathlib import Path
 from ...base.errors import UsageError
 from ..intake.cohort_folder import Entry, HandIn, entries_of, find_hand_ins, not_graded
 from ..intake.hand_in import Left, functions_of, source_of
+from ..intake.students_robots import name_key
+from ..judging.results import Report
 from ..labs import Lab
 from ..report.outputs import write_whole
-from ..results import Report
-from ..variants import name_key
 from .cohort import Cohort, begin, run_cohort
 from .cohort_page import Group, write_summary
 from .copies import equal_programs

@@ -10,9 +10,9 @@ from pathlib import Path
 from ...base.tables import written
 from ..intake.cohort_folder import Entry
 from ..intake.hand_in import MOODLE
+from ..judging.results import Report, withheld
 from ..report.outputs import file_name, write_whole
 from ..report.page import report_page
-from ..results import Report, withheld
 from .marks import Mark
 
 FILE = "feedback.zip"

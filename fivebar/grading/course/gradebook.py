@@ -14,9 +14,9 @@ from datetime import datetime
 from pathlib import Path
 
 from ...base.errors import UsageError
+from ..intake.students_robots import id_key
 from ..labs import Lab
 from ..report.text import number
-from ..variants import id_key
 from .marks import Mark
 from .sheet import Sheet, number_in, read_sheet
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from ...base.workers import WorkerPool
 from ..grade import grade
+from ..intake.program import Job
 from ..labs import Lab
-from ..program import Job
 from ..worker.sandbox import IsolationError, KilledError
 
 

@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass
 from statistics import correlation, fmean, median
 
-from ..results import Report
+from ..judging.results import Report
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from ...base.errors import UsageError
 from ..intake.cohort_folder import Entry
+from ..intake.students_robots import name_key
+from ..judging.results import Report
 from ..report.outputs import plain_cell
 from ..report.text import nothing_is_filled_in, number
-from ..results import Report
-from ..variants import name_key
 from .cohort import trouble_of
 from .items import has_marks
 from .sheet import Sheet, number_in, quoted, read_sheet

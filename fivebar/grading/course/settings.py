@@ -4,6 +4,7 @@ edit.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -13,22 +14,23 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ...base.errors import UsageError
+from ..judging.results import Report
+from ..labs import Lab
 from ..report.outputs import write_whole
-from ..results import Report
 
 FILE = "course.toml"
 TEMPLATE = """\
-# Settings of this course. Remove the # before a line to use it, and run the same command again.
-# Only `packages` lets programs run again.
+# Settings of this course, for {lab}. Remove the # before a line to use it, and run the same
+# command again. Only `packages` lets programs run again.
 
-# labs = ["amoro"]             # those that count; without this line all that have files here
+# labs = ["{lab}"]             # those that count; without this line all that have files here
 # due = 2027-01-31 18:00:00    # see also the columns "days late" and "extra days" of marks.csv
 # late_percent = 10            # of the mark, lost for each day begun after `due`
 # packages = ["sympy"]         # that programs may import, beside NumPy and SciPy
 
-# [points.amoro]               # of single checks; * stands for any letters. Names are in items.csv
-# "test_*_oscillating" = 0.5
-# test_dgm_all_over = 2
+# [points.{lab}]               # of single checks; * stands for any letters. Names are in items.csv
+# "test_*" = 0.5
+# {check} = 2
 """
 
 
@@ -86,10 +88,12 @@ def read_settings(out: Path) -> Settings:
     return Settings(**values)
 
 
-def offer_settings(out: Path) -> None:
-    """Write the file of settings where there is none yet."""
+def offer_settings(out: Path, lab: Lab) -> None:
+    """Write the file of settings where there is none yet; what it shows are the lab's names."""
     if not (out / FILE).exists():
-        write_whole(out / FILE, TEMPLATE)
+        checks = re.findall(r"(?m)^def (test_\w+)", lab.tests.read_text("utf-8"))
+        check = checks[0] if checks else "test_dgm_all_over"
+        write_whole(out / FILE, TEMPLATE.format(lab=lab.name, check=check))
 
 
 def _names(path, name, value):

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from ...base.errors import UsageError
 from ..labs import Lab
-from ..variants import id_key, name_key
 from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError
 from .hand_in import (
     CANVAS,
@@ -27,6 +26,7 @@ from .hand_in import (
     look_into,
     named_for,
 )
+from .students_robots import id_key, name_key
 
 
 @dataclass(frozen=True)

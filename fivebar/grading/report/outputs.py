@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ...base.representation import printable
 from ...base.tables import replaced
-from ..results import Report, withheld
+from ..judging.results import Report, withheld
 from .text import headlines, told, word
 
 CHECK_COLUMNS = (

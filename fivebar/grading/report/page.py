@@ -7,7 +7,7 @@ from __future__ import annotations
 from html import escape
 
 from ...base.representation import printable
-from ..results import Report
+from ..judging.results import Report
 from .text import closing, facts, headlines, not_started, number, shown_checks, total_words, word
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...models.robots import Robot
 from ..exercise import Exercise
-from ..variants import lengths
+from ..intake.students_robots import lengths
 
 SIZE = np.array([300, 190])  # px, of the drawing
 MARGIN = 14  # px

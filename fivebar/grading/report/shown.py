@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..results import Report
+from ..judging.results import Report
 from .page import fragment
 from .text import report_text
 

@@ -5,13 +5,12 @@ and why.
 from __future__ import annotations
 
 import builtins
-import re
 import shutil
 import textwrap
 from collections.abc import Iterator
 
 from ...base.representation import printable
-from ..results import Check, Report
+from ..judging.results import Check, Report
 from ..worker.replies import KINDS
 
 COLOURS = {"right": "32", "to do": "36", "partly": "33", "wrong": "31", "broken": "35"}
@@ -113,17 +112,10 @@ def told(check: Check) -> Iterator[tuple[str, str]]:
         if check.rows > 1:
             yield "how many", f"{check.wrong} of {check.rows} calls"
         if check.misconception:
-            yield "looks like", _without_numbers(check.misconception)
+            yield "looks like", check.misconception
             yield "hint", check.hint
         if check.spot:
             yield "in detail", check.spot
-
-
-def _without_numbers(name):
-    """Return a plain relation's factor or offset could be an input that the program hands on."""
-    if not re.search("times the right|off by|multiple of", name):
-        return name
-    return re.sub(r"-?\d[\d.e+-]*", "#", name)
 
 
 def same_fault(check: Check) -> tuple | None:
@@ -223,6 +215,6 @@ def closing(report: Report) -> Iterator[str]:
         for remark in check.remarks:
             remarks.setdefault(remark, []).append(check.function or check.title)
     for remark, where in remarks.items():
-        yield f"Let pass in {', '.join(dict.fromkeys(where))}: {remark}."
+        yield f"{', '.join(dict.fromkeys(where))}: {remark}."
     if report.home:
         yield HOME

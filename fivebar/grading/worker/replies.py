@@ -23,8 +23,8 @@ class Reply:
     """One call's outcome: its kind (of KINDS), the decoded value, and for a failure what happened
     and where.
 
-    line, source: number and text of the last line of the student's own file that ran; seconds: the
-        call's duration; visits, beside: what a watched program showed, as `visits_of` and
+    line, source: number and text of the last line of the student's own file that ran; seconds: of
+        processor time; visits, beside: what a watched program showed, as `visits_of` and
         `beside_of` read it.
     """
 

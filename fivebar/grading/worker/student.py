@@ -159,7 +159,9 @@ class Student:
             for reply in replies
             if reply.kind == "exception" and old_numpy.refused(reply.text)
         ]
-        if refused and not self.mended:
+        # What a change that is tried makes of an array is no sign of an old file.
+        is_its_own = not tried or not (tried.steps or any(tried.numbers))
+        if refused and is_its_own and not self.mended:
             self._mend(refused[0])
             return self._ask(function, rows, constants, limit, given or {})
         return replies

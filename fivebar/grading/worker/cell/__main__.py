@@ -21,6 +21,7 @@ from answers import call, plain
 from changes import Trials
 from confine import confine
 from loading import FILE, OwnImports, Siblings, load, methods, outline, own_values, statements
+from scopes import REWRITES
 from stand_in import StandIn
 
 MOST_LINE = 1_000_000  # bytes of a message
@@ -107,6 +108,7 @@ def main() -> None:
         return old(own_imports.visit(tree))
 
     file = request["source"], request["notebook"], set(request["skip"])
+    REWRITES.append(rewrite)
     siblings = Siblings(request["modules"], rewrite)
     sys.meta_path.insert(0, siblings)
     sources = [*((source, f"<{name}.py>") for name, source in siblings.sources.items())]

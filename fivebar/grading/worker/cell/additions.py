@@ -1,4 +1,4 @@
-"""What has been forgotten in a formula: a mode, an inverse, a matrix; standard library only.
+"""What has been forgotten in a formula: a mode, an inverse, a transpose; standard library only.
 
 What else is forgotten is found from the values that formulas need.
 """
@@ -32,11 +32,8 @@ def _added(place):
         return ast.BinOp(node, op, right)
 
     if scope.complex_numbers:
-        text = f"__import__('numpy').conj({ast.unparse(node)})"
-        conjugate = ast.parse(text, mode="eval").body
         quarter = ast.Constant(1j)
         back = ast.UnaryOp(ast.USub(), quarter)
-        yield 3, "a conjugate", conjugate
         yield 4, "a direction", with_(ast.Mult(), quarter)
         yield 4, "a direction", with_(ast.Mult(), back)
     matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
@@ -44,26 +41,7 @@ def _added(place):
     if matrices or whole or isinstance(parent, ast.Call | ast.Attribute):
         yield 3, "a transpose", transposed(node)
         yield 3, "an inverse", inverse_of(node)
-    for name in _matrices(scope) if matrices else ():
-        yield 4, "a matrix product", ast.BinOp(name_of(name), ast.MatMult(), node)
-        yield 4, "a matrix product", with_(ast.MatMult(), name_of(name))
     # Rows of one mode alone are wrong without it, and do not tell a mode from a sign.
     for name in scope.arguments if place.term else ():
         if re.match("assembly|gamma|branch", name):
             yield 4, "a factor", with_(ast.Mult(), name_of(name))
-
-
-def _matrices(scope):
-    """Return the names of the matrices of which a function makes products."""
-    products = [
-        part
-        for part in ast.walk(scope.function)
-        if isinstance(part, ast.BinOp) and isinstance(part.op, ast.MatMult)
-    ]
-    names = set()
-    for product in products:
-        for side in (product.left, product.right):
-            factor = side.value if isinstance(side, ast.Attribute) else side
-            if isinstance(factor, ast.Name):
-                names.add(factor.id)
-    return sorted(names)

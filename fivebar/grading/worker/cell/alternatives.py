@@ -66,6 +66,8 @@ FUNCTIONS = {
 }
 _ATAN = {"atan": "atan2", "arctan": "arctan2"}
 _FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
+_THRESHOLDS = [10.0**-power for power in range(3, 13)]  # tried in place of a small number
+LARGEST_THRESHOLD = 0.05
 MOST_WHOLE = 20  # of whole numbers that may be off by 1
 MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
 MOST_ARGUMENTS = 4  # of a call of which all orders are tried
@@ -148,6 +150,10 @@ def alternatives(place: Place) -> Alternatives:
     elif isinstance(node, ast.Compare) and len(node.ops) == 1:
         for other in _COMPARED.get(type(node.ops[0]), ()):
             yield 1, "a comparison", ast.Compare(node.left, [other()], node.comparators)
+    elif isinstance(node, ast.Compare) and all(isinstance(op, ast.Lt) for op in node.ops):
+        # One direction of a crossing alone: a < 0 < b.
+        product = ast.BinOp(node.left, ast.Mult(), node.comparators[-1])
+        yield 1, "a comparison", ast.Compare(product, [ast.Lt()], [ast.Constant(0)])
     elif isinstance(node, ast.BoolOp):
         other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
         yield 1, "a comparison", ast.BoolOp(other, node.values)
@@ -169,17 +175,20 @@ def alternatives(place: Place) -> Alternatives:
         yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
     whole = isinstance(place.parent, ast.stmt | ast.Lambda | ast.List | ast.Tuple)
     if whole or isinstance(node, ast.Call):
-        yield from _exchanged(node, place.scope.constants)
+        yield from _exchanged(node, place.scope)
 
 
-def _exchanged(node, constants):
+def _exchanged(node, scope):
     """Yield a whole formula with sine and cosine, both legs, or two of the file's numbers in each
-    other's place.
+    other's place, or two arguments that it holds once.
     """
     text = ast.unparse(node)
-    used = sorted({*constants} & {part.id for part in ast.walk(node) if isinstance(part, ast.Name)})
+    names = [part.id for part in ast.walk(node) if isinstance(part, ast.Name)]
+    numbers = sorted({*scope.constants} & {*names})
+    once = [name for name in scope.arguments if names.count(name) == 1]
     ways = [
-        *(("a variable", _swapped(text, *pair)) for pair in combinations(used, 2)),
+        *(("a variable", _swapped(text, *pair)) for pair in combinations(numbers, 2)),
+        *(("a variable", _swapped(text, *pair)) for pair in combinations(once, 2)),
         ("a function", _swapped(text, "sin", "cos")),
         ("a variable", other_leg(text)),
         ("a variable", _swapped(text, "A", "B")),
@@ -203,12 +212,13 @@ def _of_name(place):
     name, scope = place.node.id, place.scope
     rank = int(_is_given_by_name(place))
     yield from ((rank, "a variable", name_of(other)) for other in scope.like(name))
+    if _callee(place.parent) in ("sin", "cos"):
+        for other in scope.like(name):
+            if other[:-1] == name[:-1]:  # the direction of a bar is a sum of its leg's angles
+                yield 1, "a term", ast.BinOp(name_of(other), ast.Add(), place.node)
     yield from ((0, "a function", name_of(other)) for other in FUNCTIONS.get(name, ()))
     if name not in scope.known:
         yield from ((0, "a variable", name_of(other)) for other in scope.stored)
-    arguments = scope.functions.get(name)
-    if arguments is not None and set(arguments) <= scope.names:
-        yield 1, "a call", ast.Call(place.node, [*map(name_of, arguments)], [])
 
 
 def _is_given_by_name(place):
@@ -358,7 +368,8 @@ def _of_number(place):
     if type(value) is int and isinstance(place.parent, ast.List | ast.Tuple):
         yield 0, "a whole number", ast.Constant(float(value))
     near = (value + 1, value - 1) if type(value) is int else ()
-    for other in dict.fromkeys((*near, *_FACTORS)):
+    thresholds = _THRESHOLDS if 0 < value < LARGEST_THRESHOLD else ()
+    for other in dict.fromkeys((*near, *thresholds, *_FACTORS)):
         if other != value:
             yield 1, "a number", ast.Constant(other)
 
@@ -381,15 +392,22 @@ def _of_attribute(node):
         yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
 
 
+def _callee(node):
+    """Return the name of the function that is called, "" where none is."""
+    function = getattr(node, "func", None)
+    return getattr(function, "attr", getattr(function, "id", ""))
+
+
 def _of_call(place):
     node, scope = place.node, place.scope
-    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+    name = _callee(node)
     arguments, keywords = node.args, node.keywords
     if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
         return
     if len(arguments) == 1:
-        kind = "an inverse" if name.endswith("inv") else "a root" if name == "sqrt" else "a call"
-        yield 2, kind, arguments[0]
+        kind = "an inverse" if name.endswith("inv") else "a root"
+        if kind == "an inverse" or name == "sqrt":
+            yield 2, kind, arguments[0]
         if kind == "an inverse":
             yield 2, "an inverse", transposed(arguments[0])
     elif len(arguments) <= MOST_ARGUMENTS:
@@ -402,10 +420,6 @@ def _of_call(place):
         matrix, vector = arguments
         yield 1, "an inverse", ast.BinOp(matrix, ast.MatMult(), vector)
         yield 1, "a transpose", ast.Call(node.func, [transposed(matrix), vector], [])
-    if name == "ones" and isinstance(arguments[0], ast.Tuple):
-        numpy = ast.unparse(getattr(node.func, "value", ast.Name(NUMPY)))
-        eye = ast.parse(f"{numpy}.eye", mode="eval").body
-        yield 1, "a matrix of ones", ast.Call(eye, arguments[0].elts[:1], [])
     quotient = arguments[0]
     if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
         both = [quotient.left, quotient.right]
@@ -421,9 +435,6 @@ def _of_call(place):
     if isinstance(last, ast.BinOp) and isinstance(last.op, ast.Add | ast.Sub):
         inner = ast.Call(node.func, [*arguments[:-1], last.left], keywords)
         yield 1, "a bracket", ast.BinOp(inner, last.op, last.right)
-    forgotten = scope.functions.get(name, [])[len(arguments) :]
-    if forgotten and not keywords and set(forgotten) <= scope.names:
-        yield 1, "a call", ast.Call(node.func, [*arguments, *map(name_of, forgotten)], [])
 
 
 def exchanges(parts: list) -> Iterator[list]:
@@ -436,23 +447,23 @@ def exchanges(parts: list) -> Iterator[list]:
 
 
 def _of_list(node):
-    """Yield a list in other orders, and a vector turned by +-90 degrees."""
+    """Yield a list in other orders, and a vector turned by +-90 and by 180 degrees."""
     parts, kind = node.elts, type(node)
     for order in exchanges(parts):
         yield 1, "the order", kind(order, ast.Load())
     if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
         x, y = parts
-        left = ast.UnaryOp(ast.USub(), y), x
-        right = y, ast.UnaryOp(ast.USub(), x)
-        yield 2, "a direction", kind([*left], ast.Load())
-        yield 2, "a direction", kind([*right], ast.Load())
+        for turned in ([_negative(y), x], [y, _negative(x)], [_negative(x), _negative(y)]):
+            yield 2, "a direction", kind(turned, ast.Load())
+
+
+def _negative(node):
+    is_negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
+    return node.operand if is_negative else ast.UnaryOp(ast.USub(), node)
 
 
 def _of_subscript(node, place):
     index = node.slice
-    called = getattr(node.value, "id", "") in place.scope.functions
-    if called:
-        yield 1, "a call", ast.Call(node.value, getattr(index, "elts", [index]), [])
     if isinstance(index, ast.Slice):
         yield 1, "the order", node.value
     elif isinstance(index, ast.Tuple) and len(index.elts) == 2:
@@ -471,9 +482,7 @@ def _part(node, index):
 
 
 def _indices(node, scope):
-    """Yield other indices, or other keys of the file's dictionaries."""
+    """Yield other indices."""
     value = getattr(node, "value", None)
     if type(value) is int:
         yield from (ast.Constant(k) for k in range(3) if k != value)
-    elif isinstance(node, ast.Constant) and isinstance(value, str):
-        yield from (ast.Constant(key) for key in scope.keys if key != value)

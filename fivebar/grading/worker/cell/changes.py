@@ -29,8 +29,6 @@ MOST_TOLD = 8  # changes of one request that are told in words
 WAVES = (0, 1), (2,), (3, 4)  # ranks tried together
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
-DROPPED = "no such line"
-INDENTATION = "the indentation"
 ONE_LEG = "a line unlike the other leg's"
 _LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
 _INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
@@ -82,8 +80,6 @@ class Change:
         tried.
         """
         first, count = min(self.members, key=lambda one: one.place), len(self.members)
-        if self.kind == INDENTATION:
-            return first.told_as_moved
         new = short(first.new) + (f", in {count} places" if count > 1 else "")
         return first.place[0], self.kind, first.scope.name, short(first.old), new
 
@@ -251,14 +247,6 @@ class _Single:
         return [*dict.fromkeys(keys)]
 
     @property
-    def told_as_moved(self) -> tuple[int, str, str, str, str]:
-        """What is told where a line leaves the block of one node, or comes into it from behind."""
-        leaves = len(self.nodes) == 1
-        line = self.nodes[0].body[-1] if leaves else self.nodes[1]
-        new = f"this line indented {'less' if leaves else 'more'}"
-        return line.lineno, self.kind, self.scope.name, short(ast.unparse(line)), new
-
-    @property
     def old(self) -> str:
         return "; ".join(map(ast.unparse, self.nodes))
 
@@ -266,7 +254,7 @@ class _Single:
     def new(self) -> str:
         told = [new if isinstance(new, list) else [new] for new in self.swaps.values()]
         lines = [ast.unparse(ast.fix_missing_locations(part)) for part in chain(*told)]
-        return "; ".join(line for line in lines if line != "pass") or DROPPED
+        return "; ".join(lines)
 
 
 def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
@@ -314,38 +302,23 @@ class _Signs:
 
 
 def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
-    """Yield (rank, kind, lines, lines in their place): left out, exchanged, with other targets."""
+    """Yield (rank, kind, lines, lines in their place)."""
     bodies = []
     for part in ast.walk(scope.function):
         both = getattr(part, "body", None), getattr(part, "orelse", None)
         bodies += [body for body in both if isinstance(body, list)]
     for body in bodies:
         yield from _of_other_leg(body)
-        for node, after in zip(body, [*body[1:], None]):
+        for node in body:
             if isinstance(node, ast.AugAssign):
                 yield from _of_update(node)
-            again = isinstance(node, ast.Assign) and not _is_first(node, scope)
-            if again or isinstance(node, ast.AugAssign):
-                yield 3, "a line", [node], [[ast.Pass()]]
-            for op in (ast.Add(), ast.Sub()) if again and len(node.targets) == 1 else ():
-                updated = ast.AugAssign(node.targets[0], op, node.value)
-                if not isinstance(node.targets[0], ast.Tuple):
-                    yield 1, "an operator", [node], [[updated]]
-            if isinstance(node, ast.For | ast.While | ast.If) and not node.orelse:
-                yield from _of_indentation(node, after)
             if isinstance(node, ast.If) and node.orelse:
                 yield 1, "a comparison", [node], [[ast.If(node.test, node.orelse, node.body)]]
-            if isinstance(node, ast.Assign) and len(node.targets) > 1:
-                apart = [ast.Assign([target], node.value) for target in node.targets]
-                yield 1, "an array in place", [node], [apart]
             targets = node.targets[0] if isinstance(node, ast.Assign) else None
             if isinstance(targets, ast.Tuple):
                 for elements in exchanges(targets.elts):
                     other = ast.Assign([ast.Tuple(elements, ast.Store())], node.value)
                     yield 2, "the order", [node], [[other]]
-            simple = isinstance(after, ast.Assign | ast.AugAssign)
-            if simple and isinstance(node, ast.Assign | ast.AugAssign):
-                yield 4, "the order of lines", [node, after], [[after, node], [ast.Pass()]]
 
 
 def _of_other_leg(body):
@@ -372,20 +345,6 @@ def _leg_read(node):
     return ast.parse(other_leg(ast.unparse(node)), mode="eval").body
 
 
-def _of_indentation(node, after):
-    """Yield a loop or a condition that ends a line earlier, or a line later."""
-    if len(node.body) > 1:
-        yield 1, INDENTATION, [node], [[_with_body(node, node.body[:-1]), node.body[-1]]]
-    if after is not None:
-        longer = _with_body(node, [*node.body, after])
-        yield 1, INDENTATION, [node, after], [[longer], [ast.Pass()]]
-
-
-def _with_body(node, body):
-    fields = dict(ast.iter_fields(node)) | {"body": body}
-    return ast.copy_location(type(node)(**fields), node)
-
-
 def _of_update(node):
     others = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
     other = others.get(type(node.op))
@@ -393,21 +352,6 @@ def _of_update(node):
         kind = "a sign" if isinstance(node.op, ast.Add | ast.Sub) else "an operator"
         yield 0, kind, [node], [[ast.AugAssign(node.target, other(), node.value)]]
     yield 2, "an operator", [node], [[ast.Assign([node.target], node.value)]]
-    if isinstance(node.target, ast.Name):
-        new = ast.BinOp(ast.Name(node.target.id, ast.Load()), node.op, node.value)
-        yield 1, "an array in place", [node], [[ast.Assign([node.target], new)]]
-
-
-def _is_first(node, scope):
-    """Return whether a line is where its names get their first value."""
-    stored = [
-        part
-        for part in ast.walk(scope.function)
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
-    ]
-    names = {part.id for part in stored if part.lineno == node.lineno}
-    earlier = {part.id for part in stored if part.lineno < node.lineno}
-    return bool(names) and not names & {*earlier, *scope.arguments}
 
 
 def _ordered(groups):

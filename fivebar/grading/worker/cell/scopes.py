@@ -19,6 +19,7 @@ MOST_OF_ARRAY = 200  # nodes of a vector or a matrix: what is larger are data
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
 DEPTH = 3  # of objects that hold objects
 MOST_TEXT = 120  # characters quoted: what is told can be carried out
+REWRITES: list[Callable[[ast.Module], ast.Module]] = []  # of this process's file
 _LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 
 
@@ -27,7 +28,7 @@ class Scope:
     """The names of a function, or of a line that makes an array of the file: arguments in order,
     those to which it gives a value, numbers of the file; all of them; functions of the file with
     their arguments; known: all names with a value; complex_numbers: whether the file computes with
-    them; keys: of its dictionaries.
+    them.
     """
 
     function: ast.FunctionDef | ast.Lambda | ast.Assign
@@ -39,7 +40,6 @@ class Scope:
     functions: dict[str, list[str]]
     known: frozenset[str]
     complex_numbers: bool = False
-    keys: tuple[str, ...] = ()
 
     def like(self, name: str) -> list[str]:
         """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
@@ -77,7 +77,6 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
     every = [node for made in defined.values() for node, _ in made]
     complex_numbers = any("1j" in ast.unparse(node) for node in every)
-    keys = _keys(body)
     waiting, seen = deque([function]), []
     while waiting:
         name = waiting.popleft()
@@ -107,17 +106,7 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             arguments,
             frozenset({*known, *dir(builtins)}),
             complex_numbers,
-            keys,
         )
-
-
-def _keys(body):
-    """Return the words by which parts are taken out of a dictionary, or put into it."""
-    found = set()
-    for part in chain(*map(ast.walk, body)):
-        keys = [part.slice] if isinstance(part, ast.Subscript) else getattr(part, "keys", ())
-        found |= {key.value for key in keys if isinstance(key, ast.Constant)}
-    return tuple(sorted(key for key in found if isinstance(key, str)))
 
 
 def function_of(node: ast.stmt) -> tuple[ast.FunctionDef | ast.Lambda | None, str]:
@@ -214,15 +203,19 @@ def exchanged(body: list[ast.stmt], swaps: dict[int, Any]) -> list[ast.stmt]:
 
 
 def compiled(body: list[ast.stmt], scopes: list[Scope], put: Callable) -> dict[str, Any]:
-    """Return the code of the statements that hold these functions, rebuilt, by name."""
+    """Return the code of the statements that hold these functions, rebuilt, by name; as the file
+    itself, with what REWRITES says.
+    """
     inside = {id(scope.function) for scope in scopes}
     code = {}
     for node in body:
         if any(id(part) in inside for part in ast.walk(node)):
-            made = ast.fix_missing_locations(rebuilt(node, put))
+            made = ast.Module([rebuilt(node, put)], [])
+            for rewrite in REWRITES:
+                made = rewrite(made)
             name = getattr(node, "name", "") or function_of(node)[1] or _target(node)
             with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
-                code[name] = compile(ast.Module([made], []), "<changed>", "exec")
+                code[name] = compile(ast.fix_missing_locations(made), "<changed>", "exec")
     return code
 
 

@@ -96,11 +96,19 @@ def flat(value: Any) -> list[float] | None:
         return [float(value)] if abs(value) < 1e12 else None
     if isinstance(value, complex):
         return [value.real, value.imag] if abs(value) < 1e12 else None
+    if isinstance(value, list | tuple):
+        numbers: list[float] = []
+        for part in value[: MOST_NUMBERS + 1]:
+            inside = flat(part)
+            if inside is None:
+                return None
+            numbers += inside
+        return numbers if 0 < len(numbers) <= MOST_NUMBERS else None
     if numpy is None or not isinstance(value, numpy.ndarray | numpy.number):
         return None
     if value.size > MOST_NUMBERS or value.dtype.kind not in "iufc":
         return None
-    parts = value.ravel().tolist()
+    parts: list = value.ravel().tolist()
     if value.dtype.kind == "c":
         pairs = [(part.real, part.imag) for part in parts]
         parts = [*chain.from_iterable(pairs)]
@@ -112,6 +120,11 @@ def flat(value: Any) -> list[float] | None:
 def _like(value, numbers):
     """Return these numbers as a value of the same kind."""
     numpy = sys.modules.get("numpy")
+    if isinstance(value, list | tuple):
+        left, parts = iter(numbers), []
+        for part in value:
+            parts.append(_like(part, [next(left) for _ in flat(part)]))
+        return type(value)(parts)
     if isinstance(value, complex):
         return complex(*numbers)
     if numpy is None or not isinstance(value, numpy.ndarray):

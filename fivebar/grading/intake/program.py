@@ -10,16 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..models.robots import Robot
-from .intake.hand_in import ProgramFile, imported
+from ...models.robots import Robot
+from ..labs import Lab
+from ..worker.live import from_functions
+from ..worker.replies import Reply
+from ..worker.session import session_program
+from ..worker.student import Student
+from ..worker.submission import SubmissionError, read_submission
+from .hand_in import ProgramFile, imported
 from .lab_constants import robot_of_file
-from .labs import Lab
-from .variants import PUBLIC_SEED, robot_from
-from .worker.live import from_functions
-from .worker.replies import Reply
-from .worker.session import session_program
-from .worker.student import Student
-from .worker.submission import SubmissionError, read_submission
+from .students_robots import PUBLIC_SEED, robot_from
 
 
 class NoProgram:

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, starmap
 
 import numpy as np
 
-from ..base.backend import wrap
-from .beside import guesses_of_names, known_values
-from .following import Helped
-from .formulas import CLOSE, OLD, Values
-from .judge import numbers_of
-from .questions import AskedRows, rows_from
-from .relations import largest
-from .worker.replies import Reply
-from .worker.student import Tried
-from .worker.wire import Change
+from ...base.backend import wrap
+from ..judging.judge import numbers_of
+from ..judging.questions import AskedRows, rows_from
+from ..judging.relations import largest
+from ..judging.with_right_ones import Helped
+from ..worker.replies import Reply
+from ..worker.student import Tried
+from ..worker.wire import Change
+from .formulas import OLD, Values
+from .values_beside import known_values
 
 ARGUMENT = "an argument"
 ALL = -1  # in place of a place whose visits are told
@@ -44,12 +43,6 @@ STEP = 1e-6  # of a number, to see what depends on it
 LARGE_STEP = 0.1  # where only what is in proportion to it matters
 SMALLEST = 1e-2  # number of which such a step is taken
 AT_ONCE = 1_000  # calls of one request
-Spot = tuple[str, int, str]  # the function that a place is in, its line, what stands there
-
-
-def spot_of(told: Change) -> Spot:
-    """Return where a place is that a worker told of."""
-    return told.function, told.line, told.old
 
 
 @dataclass(frozen=True)
@@ -69,11 +62,6 @@ class Place:
     is_argument = property(lambda self: self.told.kind == ARGUMENT)
     unread = property(lambda self: self.told.new.split())  # names that its function does not use
 
-    @property
-    def is_root(self) -> bool:
-        """Whether what stands there has no sign of its own."""
-        return re.match(r"[\w.]*(sqrt|acos|arccos)\(", self.text) is not None
-
 
 @dataclass(frozen=True)
 class Need:
@@ -84,14 +72,6 @@ class Need:
     place: Place
     old: np.ndarray
     wanted: np.ndarray
-
-    @property
-    def is_sign(self) -> bool:
-        """Whether nothing but the sign is wrong, if not in all calls."""
-        most = CLOSE * np.abs(self.old)
-        same = np.abs(self.wanted - self.old) <= most
-        turned = np.abs(self.wanted + self.old) <= most
-        return bool(np.all(same | turned) and turned.any())
 
 
 class Needs:
@@ -105,6 +85,7 @@ class Needs:
         with np.errstate(all="ignore"):
             self._right = exercise.outcome(exercise.answer, rows.robot, rows.columns)
         self._angles = exercise.is_angle()
+        self._parts = np.where(self._angles, exercise.turns / (2 * np.pi), 1.0)
         self._scale = np.where(self._angles, 1.0, largest(self._right))
         replies = self._replies([(row, ()) for row in range(len(self._plain))], ALL)
         self._few = range(min(SCREENED, len(self._plain)))
@@ -114,26 +95,14 @@ class Needs:
         self._told = [*student.changes]
         self._visits = [reply.visits for reply in replies]
 
-    def all(self, where: Callable[[Spot], bool] | None = None) -> Iterator[Need]:
-        """Yield the needs of all places that can make numbers right that are wrong; where: whether
-        to look there.
-        """
+    def all(self) -> Iterator[Need]:
+        """Yield the needs of all places that can make numbers right that are wrong."""
         starts = self._starts()
-        if where is not None:
-            starts = {k: start for k, start in starts.items() if where(spot_of(self._told[k]))}
         found = self._solve(starts, self._few)
         whole = {number: starts[number] for number in found}
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
             yield Need(self._place(number, moved), starts[number], wanted)
-
-    def named(self) -> Iterator[tuple[Place, str, str]]:
-        """Yield (place, kind, formula) of what is right with one other value, in places with more
-        numbers in a call than the answer: a helper is called once for each leg.
-        """
-        for number, values in self._many.items():
-            if len(values.old) > len(self.wrong) * len(self._few):
-                yield from self._right_ones(number, guesses_of_names(values))
 
     def in_part(self) -> Iterator[tuple[Place, Values]]:
         """Yield places with more numbers in a call than are wrong, with what stands beside them
@@ -179,29 +148,8 @@ class Needs:
         same = len(counts) == len(sizes) == 1
         return (max(counts), max(sizes)) if same else (0, 0)
 
-    def _right_ones(self, number, guesses):
-        """Yield (place, kind, formula) of the guesses with which all is right in a few rows."""
-        if not guesses:
-            return
-        calls = []
-        for *_, values in guesses:
-            by_row = values.reshape(len(self._few), -1)
-            calls += [(row, ((number, by_row[row]),)) for row in self._few]
-        errors = self._off(self._replies(calls), [row for row, _ in calls])
-        errors = errors.reshape(len(guesses), len(self._few), -1)
-        right = (np.abs(errors / self._scale) <= NEARLY).all(axis=(1, 2))
-        for found in np.flatnonzero(right):
-            kind, text, _ = guesses[found]
-            moved = self.wrong | (np.abs(errors[found] - self._before) > 0).any(axis=0)
-            yield self._place(number, moved), kind, text
-
     def _place(self, number, moved):
         return Place(number, self._told[number], moved, bool(self._angles[moved].all()))
-
-    def leads(self, need: Need) -> bool:
-        """Return whether all wrong numbers, and more than a place has, are right with its need."""
-        moved = need.place.moved
-        return bool(moved[self.wrong].all()) and need.old.shape[1] < moved.sum()
 
     def _starts(self):
         """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
@@ -353,7 +301,7 @@ class Needs:
 
     def _turned(self, off):
         with np.errstate(invalid="ignore"):
-            return np.where(self._angles, wrap(off), off)
+            return np.where(self._angles, wrap(off / self._parts) * self._parts, off)
 
     def values(self, need: Need) -> Values | None:
         """Return what stands beside a place, None where its calls do not show it."""

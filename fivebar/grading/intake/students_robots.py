@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..base.errors import UsageError
-from ..models.robots import Biglide, FiveBar, Robot
+from ...base.errors import UsageError
+from ...models.robots import Biglide, FiveBar, Robot
 
 PUBLIC_SEED = "public"
 

@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..models.robots import Robot
-from .columns import Columns
-from .exercise import Exercise
-from .following import modelled, some
+from ...models.robots import Robot
+from ..columns import Columns
+from ..exercise import Exercise
+from ..intake.program import Program
+from ..labs import Lab
+from ..values import Unfit, read
+from ..worker.replies import Reply
+from .changing_answers import CHANGES, changing
 from .judge import Verdict, judge
-from .labs import Lab
-from .program import Program
-from .second_look import CHANGES, changing, typed
-from .values import Unfit, read
-from .worker.replies import Reply
+from .with_right_ones import modelled, some
 
 CLOSE = (
     1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
@@ -127,9 +127,7 @@ class Questions:
         known = [np.asarray(column)[asked] for column in rows.columns]
         came = [replies[i] for i in asked]
         found = None
-        if not own and rows.robot.parameters.keys() == self._robot.parameters.keys():
-            found = typed(exercise, rows.robot, self._robot, known, came, rows.tolerance[asked])
-        if found is None and any(reply.kind == "value" for reply in came):
+        if any(reply.kind == "value" for reply in came):
             again = self._replies(exercise.name, rows_from(known), rows.constants, limit)
             found = CHANGES if changing(came, again) else None
         return replace(verdict, diagnosis=found)
@@ -148,18 +146,22 @@ class Questions:
         replies = self._replies(exercise.name, rows_from(columns), wanted, limit)
         return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse).diagnosis
 
-    def with_others(self, longer=False):
+    def with_others(self, longer=False, robot=None):
         """Return the robot with other masses and inertias, or longer bars and its bases farther
         apart as well, and the file's constants for it: those that it gives a number.
         """
+        robot = robot or self._robot
         constants, own = self._constants or {key: (key,) for key in self._robot.parameters}, {}
-        for name in [key for key in constants if key in self._program.student.constants]:
+        names = [key for key in constants if key in self._program.student.constants]
+        # Between bases farther apart, short bars do not meet.
+        longer = longer and any(constants[name][0][0] == "l" for name in names)
+        for name in names:
             first = constants[name][0]
             if longer or first[0] not in "ld":
                 factor = (1.3 + 0.1 * len(own)) * (2 if first[0] == "l" else 1)
-                own[name] = factor * getattr(self._robot, first)
+                own[name] = factor * getattr(robot, first)
         changed = {key: value for name, value in own.items() for key in constants[name]}
-        return replace(self._robot, **changed), own
+        return replace(robot, **changed), own
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
         """Return those of these functions that answer the rows wrongly, each with its mistake; none
@@ -196,7 +198,7 @@ class Questions:
                 return Verdict(0.0, "value")
         good = np.allclose(came, right, rtol=CLOSE, atol=CLOSE)
         changes = bool(np.isfinite(came).all() and np.ptp(came, axis=0).any())
-        return Verdict(float(good), rows=len(rows), related=changes)
+        return Verdict(float(good), rows=len(rows), varies=changes)
 
     def _set_for(self, robot):
         """Return the constants to be set for a robot that is not the student's own."""

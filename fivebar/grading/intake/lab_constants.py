@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..models.robots import Robot
+from ...models.robots import Robot
 
 # Of the lab's number: 0.002 and 0.002025 kg m^2 are both in its papers, 0.1 m for 0.09 m is an
 # error.

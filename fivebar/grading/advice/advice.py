@@ -1,5 +1,5 @@
 """What is told of a program's wrong functions when its checks are done: a change with which each of
-them is right, and which one pays for a mistake that several share.
+them is right.
 """
 
 from __future__ import annotations
@@ -7,17 +7,21 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from .following import builds_on
-from .labs import Lab
-from .mends import MOST_FUNCTIONS, Lead, Mend, find_mend
-from .questions import AskedRows
-from .report.text import not_started
-from .results import Check, checked
-from .shared_mistakes import SharedMistakes
+import numpy as np
+
+from ..judging.questions import AskedRows
+from ..judging.results import Check, checked
+from ..judging.with_right_ones import Budget, builds_on
+from ..labs import Lab
+from ..report.text import not_started
+from .search import MOST_FUNCTIONS, Mend, find_mend
 
 if TYPE_CHECKING:
-    from .plugin import Checks
+    from ..plugin import Checks
 
+MOST_SECONDS = 40.0  # of processor time, of the changes that are tried in a file
+SHARE = 0.6  # of what is left, for one function
+NAMED = 0.1  # for one whose mistake has a name, where no other one can be helped
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
@@ -44,8 +48,9 @@ class Advice:
         for ask in checks.asks:
             for rows in ask.rows_asked:
                 self._asked.setdefault(rows.exercise.name, []).append(rows)
-        self._shared = SharedMistakes(checks.program, lab, self._wrong())
         self._mends: list[Mend] = []
+        self._seconds, self._alone = MOST_SECONDS, False
+        self._cut: list[str] = []  # functions of which not all was tried
         self._in_vain: dict[str, list[Mend]] = {}  # function -> changes found before the search
 
     def tell(self) -> None:
@@ -55,10 +60,11 @@ class Advice:
         names = {check.function: None for check in self._checks.found if may_be_mended(check)}
         written = [name for name in names if name in self._asked]
         written.sort(key=lambda name: name not in BY_LEGS)
+        self._alone = len(written) == 1
         for function in written[:MOST_FUNCTIONS]:
             mistakes = self._mistakes(function)
             # One that builds on a function changed before may be right by now.
-            if not mistakes or self._is_paid_elsewhere(function, mistakes):
+            if not mistakes:
                 continue
             # It is still to be written, or answers by chance.
             if not all(mistake and mistake.idle for mistake in mistakes):
@@ -68,6 +74,12 @@ class Advice:
             unnamed = [k for k in self._places(function) if not is_named(self._checks.found[k])]
             if unnamed and self._mends_of_helpers(function) != before:
                 self._search(function, self._mistakes(function))
+        if self._cut:
+            names = " and ".join(dict.fromkeys(self._cut))
+            self._checks.notes.append(
+                f"What is wrong in {names} was not searched to the end: a file has"
+                f" {MOST_SECONDS:g} s of computing for that."
+            )
 
     def _wrong(self):
         return {check.function for check in self._checks.found if check.share < 1}
@@ -90,18 +102,33 @@ class Advice:
         named = _are_named(mistakes)
         deep = not named and len(self._in_vain.keys() - {function}) < MOST_IN_VAIN
         before = self._mends_of_helpers(function)
-        mend = find_mend(
-            self._program, self._lab, function, self._asked, self._wrong(), deep, before
-        )
-        if isinstance(mend, Mend):
-            self._mends.append(mend)
-            self._tell(mend, function, self._judge_with(mend))
-            return
-        if mend is not None:
-            self._tell(mend, function)
+        for asked in self._askings(function):
+            share = NAMED if named and self._alone else SHARE
+            budget = Budget(share * self._seconds)
+            self._seconds -= budget.left
+            mend = find_mend(
+                self._program, self._lab, function, asked, self._wrong(), deep, before, budget
+            )
+            self._seconds += max(budget.left, 0)
+            if mend is not None:
+                self._mends.append(mend)
+                self._tell(mend, function, self._judge_with(mend))
+                return
+            if budget.left < 0 and not named:
+                self._cut.append(function)
         if deep:
             self._in_vain[function] = before
-        self._shared.let_pay(function, self._asked[function], named)
+
+    def _askings(self, function):
+        """Yield what was asked, and the same for each robot that a right file may have, too, where
+        its answers are other ones.
+        """
+        yield self._asked
+        for numbers in self._lab.also():
+            others = [_of_another(rows, numbers) for rows in self._asked[function]]
+            if any(others):
+                own = zip(others, self._asked[function])
+                yield self._asked | {function: [other or rows for other, rows in own]}
 
     def _mends_of_helpers(self, function):
         """Return the changes found in helpers that a function may call, the last one first."""
@@ -113,7 +140,7 @@ class Advice:
                 found.append(mend)
         return found
 
-    def _tell(self, mend, function, others=frozenset()):
+    def _tell(self, mend, function, others):
         """Tell what was found in those checks of a function that are not right.
 
         others: names of mistakes of the functions that are right with it, too. Where these are not
@@ -123,34 +150,10 @@ class Advice:
         for k in self._places(function):
             check = self._checks.found[k]
             named = is_named(check)
-            if isinstance(mend, Lead) and named:
-                continue
             told = {"spot": mend.spot(self._program.where)} if told_at_all else {}
             if not named or others - {check.misconception}:
                 told |= {"misconception": mend.name, "hint": mend.hint}
             self._checks.found[k] = replace(check, **told)
-
-    def _is_paid_elsewhere(self, function, mistakes):
-        """Return whether a function is wrong by values of a helper for which another one pays; it
-        gets its points then.
-        """
-        failed, asked = [], []
-        for k in self._places(function):
-            check = self._checks.found[k]
-            if check.name not in self._checks.failed:
-                continue
-            ask = self._checks.failed[check.name].ask
-            rows = [rows for rows in ask.rows_asked if len(rows.wrong)]
-            if rows:
-                failed.append((k, ask))
-                asked += rows
-        if not failed:
-            return False
-        payer, helper = self._shared.payer(function, asked, _are_named(mistakes))
-        for k, ask in failed if payer else ():
-            ask.remark(f"wrong by the same values of your {helper} as {payer}, which pays for them")
-            self._renew(k, ask, None)
-        return bool(payer)
 
     def _judge_with(self, mend):
         """Judge the other functions that call the one that is to be mended with the change made;
@@ -182,6 +185,14 @@ class Advice:
         check = self._checks.found[place]
         made = checked(check.name, check.title, check.max_points, ask.record, error)
         self._checks.found[place] = made
+
+
+def _of_another(rows, numbers):
+    """Return rows for a robot of other numbers, None where its answers are the same."""
+    robot, exercise = replace(rows.robot, **numbers), rows.exercise
+    outcomes = [exercise.outcome(exercise.answer, r, rows.columns) for r in (rows.robot, robot)]
+    same = rows.constants or np.array_equal(*outcomes, equal_nan=True)
+    return None if same else replace(rows, robot=robot)
 
 
 def _are_named(mistakes):

@@ -7,16 +7,16 @@ Nothing is guessed: a mistake is named only if it gives all answers, right and w
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ..models.robots import Robot
-from .columns import Columns
-from .exercise import Exercise, Misconception
-from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
-from .relations import constant, constant_part, largest, relation
+from ...models.robots import Robot
+from ..columns import Columns
+from ..exercise import Exercise, Misconception
+from .of_any_function import arguments_exchanged, in_degrees, returned_in_degrees
+from .relations import constant, constant_part, exchanged, largest
 
 EXACT = 1e-9  # of a wrong model's largest answer
 
@@ -42,7 +42,7 @@ class Answers:
         return np.isnan(self.expected[:, 0])
 
     def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
-        return difference(a, b, self.exercise.is_angle(), turn)
+        return difference(a, b, self.exercise.turns * (turn / (2 * np.pi)))
 
     def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         """Return which numbers (n, k) are an outcome's. What is huge at a singularity says nothing
@@ -79,12 +79,12 @@ class Answers:
         return self.outcome(self.exercise.answer)
 
 
-def difference(
-    a: np.ndarray, b: np.ndarray, angles: np.ndarray, turn: float = 2 * np.pi
-) -> np.ndarray:
+def difference(a: np.ndarray, b: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Return how far numbers (n, k) are apart, modulo turns (k,), infinite where none counts."""
     with np.errstate(invalid="ignore"):
         raw = np.abs(a - b)
-        return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
+        modulo = np.where(np.isfinite(turns), turns, 1.0)
+        return np.where(np.isfinite(turns), np.abs((raw + modulo / 2) % modulo - modulo / 2), raw)
 
 
 def diagnose(answers: Answers) -> Misconception | None:
@@ -95,12 +95,11 @@ def diagnose(answers: Answers) -> Misconception | None:
     return (
         _same_everywhere(answers)
         or constant_part(answers)
-        or _single(answers, _stored(exercise))
+        or _single(answers, exercise.wrong)
         or _single(answers, in_degrees(exercise, answers.robot))
         or _single(answers, returned_in_degrees(exercise))
-        or relation(answers)
+        or exchanged(answers)
         or _single(answers, arguments_exchanged(exercise))
-        or _in_parts(answers)
     )
 
 
@@ -108,13 +107,8 @@ def _same_everywhere(answers):
     """Return the mistake of who gives one answer to all rows: a stored one, unless it is 0."""
     same = constant(answers)
     if same and np.nan_to_num(answers.came).any():
-        return _single(answers, _stored(answers.exercise)) or same
+        return _single(answers, answers.exercise.wrong) or same
     return same
-
-
-def _stored(exercise):
-    """Return the mistakes that are known by name: models, and derivations with a slip."""
-    return [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
 
 
 def _single(answers, misconceptions):
@@ -149,54 +143,3 @@ def consistent(names: str) -> Misconception:
         f"This function does the right thing with what {names} gives: see to {names} first.",
         None,
     )
-
-
-def _in_parts(answers):
-    """Return a known mistake in some parts of the answer, where the others are right."""
-    exercise = answers.exercise
-    starts = _starts(answers)
-    right = _right_parts(answers, starts)
-    owners = []
-    for name in exercise.returns:
-        owners += [name] * int(np.prod(exercise.shape(name)))
-    for misconception in exercise.wrong:
-        alike = answers.alike(answers.outcome(misconception.model), misconception.turn)
-        taken = ~right & _by_parts(alike | answers.refused[:, None], starts)
-        if np.any(taken) and np.all(right | taken):
-            names = dict.fromkeys(owners[start] for start in starts[taken])
-            told = misconception.name
-            if len(names) < len(exercise.returns):
-                told += f", in {' and '.join(names)} alone"
-            return replace(misconception, name=told)
-    return None
-
-
-def _starts(answers):
-    """Return the first number of each part of the answer that can be wrong alone: a matrix's row,
-    else each number.
-
-    A row of a symmetric matrix cannot: both its rows come from the same product.
-    """
-    exercise, widths = answers.exercise, []
-    with np.errstate(invalid="ignore"):
-        for name, part in zip(exercise.returns, exercise.parts(answers.expected[~answers.none])):
-            shape = exercise.shape(name)
-            count = int(np.prod(shape[:1]))
-            size = shape[-1] if len(shape) > 1 else 1
-            symmetric = False
-            if len(shape) == 2 and count == size:
-                beside_diagonal = part * (1 - np.eye(size))
-                same = np.allclose(part, part.swapaxes(1, 2))
-                symmetric = same and np.any(beside_diagonal)
-            widths += [count * size] if symmetric else [size] * count
-    return np.cumsum([0, *widths[:-1]])
-
-
-def _right_parts(answers, starts):
-    exact = answers.difference(answers.came, answers.expected) <= answers.limits
-    return _by_parts(exact | answers.refused[:, None], starts)
-
-
-def _by_parts(true, starts):
-    """Return per part whether all its numbers (n, numbers) are true in all rows."""
-    return np.logical_and.reduceat(np.all(true, axis=0), starts)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..models.robots import Robot
-from .exercise import Exercise, Misconception
+from ...models.robots import Robot
+from ..exercise import Exercise, Misconception
 from .judge import TOLERANCE, Verdict, came_text, judge
 from .questions import AskedRows, Questions, rows_from, rows_of, with_answers
 

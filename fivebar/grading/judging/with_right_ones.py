@@ -11,19 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from ..models.robots import Robot
-from .exercise import Exercise
+from ...models.robots import Robot
+from ..exercise import Exercise
+from ..intake.program import Program
+from ..labs import Lab
+from ..worker.live import Live
+from ..worker.replies import Reply
+from ..worker.student import LIMIT, Tried
 from .judge import Verdict
-from .labs import Lab
-from .program import Program
 from .relations import MODES
-from .worker.live import Live
-from .worker.replies import Reply
-from .worker.student import LIMIT, Tried
 
 MOST_ASKED = 30_000  # rows of right functions in a check
 MOST_KEPT = 2_000
 ASKED = 16  # of them, of the student's own
+A_CALL = 4e-4  # s of the grader's own processor time
 PATIENCE = 5  # a call that waits for right answers may take so many times as long
 NEVER = (
     "missing",
@@ -37,13 +38,31 @@ NEVER = (
 )  # no stand-in helps these
 
 
+class BudgetSpentError(Exception):
+    """What a search may ask has been asked."""
+
+
+@dataclass
+class Budget:
+    """Processor time in seconds that calls may take from now on."""
+
+    left: float
+
+    def pay(self, replies: list[Reply]) -> None:
+        """Take away what these calls took. Raises BudgetSpentError where nothing is left."""
+        self.left -= sum(reply.seconds for reply in replies) + A_CALL * len(replies)
+        if self.left < 0:
+            raise BudgetSpentError
+
+
 @dataclass
 class Helped:
     """A student's program of which some functions are replaced by the right ones; asked like a
     Student.
 
     rows: what the program asked of each, and for which robot; constants_of: the file's name for a
-    number -> the robot's, where they differ; change: one that is made in the program, too.
+    number -> the robot's, where they differ; change: one that is made in the program, too;
+    budget: of its calls.
     """
 
     student: Any
@@ -53,6 +72,7 @@ class Helped:
     rows: dict[str, tuple[Robot, list]] = field(default_factory=dict)
     count: int = 0
     change: Tried | None = None
+    budget: Budget | None = None
 
     changes_count = property(lambda self: self.student.count)
 
@@ -76,7 +96,10 @@ class Helped:
         given = {name: self._right(name, robot) for name in self.exercises}
         patience, tried = PATIENCE * (limit or LIMIT), tried or self._tried(rows)
         options = {"tried": tried} if tried else {}  # a session's functions cannot be changed
-        return self.student.ask(function, rows, constants, patience, given, **options)
+        replies = self.student.ask(function, rows, constants, patience, given, **options)
+        if self.budget:
+            self.budget.pay(replies)
+        return replies
 
     def _tried(self, rows):
         """Return the change, if any, with which all rows are asked."""
@@ -190,13 +213,11 @@ def may_help(outline: dict, lab: Lab, asked: set[str]) -> set[str]:
 
 def modelled(verdict: Verdict) -> bool:
     """Return whether these wrong answers are a model with a mistake: one that can be named, or that
-    goes with the right one.
-
-    Nothing follows from numbers that anybody could write down.
+    changes with what is asked. From what is still to be written nothing follows.
     """
     if verdict.diagnosis is not None:
         return not verdict.diagnosis.idle
-    return verdict.share > 0 or verdict.related
+    return verdict.share > 0 or verdict.varies
 
 
 def remark(wrong: dict[str, str]) -> str:

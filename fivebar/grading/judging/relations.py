@@ -1,4 +1,4 @@
-"""Plain relations of wrong answers to the right ones: a sign, a factor, an offset, an exchange."""
+"""Plain relations of wrong answers to the right ones: the same, exchanged, a sign, a turn."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .exercise import Misconception
+from ..exercise import Misconception
 
 if TYPE_CHECKING:
     from .diagnosis import Answers
@@ -16,21 +16,6 @@ MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
 AFFINE = 1e-6  # of the largest answer
 CLOSE = 0.01  # of the largest answer
 FEWEST = 4  # rows; a relation that fewer rows confirm may be a coincidence
-
-
-def relation(answers: Answers) -> Misconception | None:
-    """Return the relation that holds in all rows, None if there is none.
-
-    It is a sign, a factor or an offset for each returned name, or one name's number in the place
-    of another's.
-    """
-    known = _told(answers)
-    if known is None:
-        return None
-    exchanged = _exchanged(answers, known)
-    if exchanged is not None:
-        return exchanged
-    return _by_name(answers, known)
 
 
 def constant(answers: Answers) -> Misconception | None:
@@ -85,9 +70,11 @@ def _known(answers):
     return finite & ~answers.none
 
 
-def _exchanged(answers, known):
-    """Return which returned numbers stand in each other's place."""
-    exercise = answers.exercise
+def exchanged(answers: Answers) -> Misconception | None:
+    """Return which returned numbers stand in each other's place in all rows, None if none do."""
+    exercise, known = answers.exercise, _told(answers)
+    if known is None:
+        return None
     names = exercise.returns
     if any(exercise.shape(name) for name in names):
         return None
@@ -120,55 +107,6 @@ def _place_of(answers, known, k):
     return None
 
 
-def _by_name(answers, known):
-    """Return the sign, factor or offset of each returned name that is wrong."""
-    exercise = answers.exercise
-    sentences = []
-    first = 0
-    exact = answers.alike(answers.expected)[known]
-    for name in exercise.returns:
-        size = int(np.prod(exercise.shape(name)))
-        part = slice(first, first + size)
-        first += size
-        if exact[:, part].all():
-            continue
-        words = _one_relation(answers, known, part, name in exercise.angles)
-        if words is None:
-            return None
-        sentences.append(words.format(name))
-    if not sentences:  # what is wrong is where no answer exists
-        return None
-    return Misconception(
-        "; ".join(sentences), "All else is right: where does this come from?", None
-    )
-
-
-def _one_relation(answers, known, part, angle):
-    came = answers.came[known][:, part]
-    expected = answers.expected[known][:, part]
-
-    def holds(outcome):
-        trial = answers.expected.copy()
-        columns = np.arange(trial.shape[1])[part]
-        trial[np.ix_(known, columns)] = outcome
-        alike = answers.alike(trial)[known]
-        return alike[:, part].all()
-
-    if holds(-expected):
-        return "the sign of {} is wrong in every row"
-    offset = (came - expected).ravel()[0]
-    if holds(expected + offset):
-        return "{} is off by " + f"{offset:.4g} in every row"
-    if angle:
-        return None
-    largest = np.argmax(np.abs(expected))
-    divisor = expected.ravel()[largest] or np.nan
-    factor = came.ravel()[largest] / divisor
-    if holds(factor * expected):
-        return "{} is " + f"{factor:.4g} times the right one in every row"
-    return None
-
-
 def largest(answers: np.ndarray) -> np.ndarray:
     """Return per number the largest answer, (k,); 1 where all are 0 or none exists."""
     sizes = np.abs(answers)
@@ -178,7 +116,7 @@ def largest(answers: np.ndarray) -> np.ndarray:
 
 
 def differences(answers: Answers) -> Iterator[str]:
-    """Yield what differs in wrong answers of no known mistake: a sign, half a turn, which rows."""
+    """Yield what differs in wrong answers of no known mistake: a sign, half a turn."""
     known = _known(answers)
     wrong = known & ~answers.good
     came = answers.came[wrong]
@@ -190,14 +128,13 @@ def differences(answers: Answers) -> Iterator[str]:
     limits = AFFINE * scale
     of_sizes = np.abs(np.abs(came) - np.abs(expected))
     of_values = np.abs(came - expected)
-    if np.all(of_sizes <= limits):
+    if np.all(of_sizes <= limits) and np.all(np.any(of_values > limits, axis=1)):
         yield f"the size is right and the sign is wrong {count}"
     elif _half_a_turn_off(answers, came, expected, limits):
         yield f"off by half a turn {count}"
     elif np.all(of_values <= CLOSE * scale):
         off = np.max(of_values / scale)
         yield f"close to the right value: off by at most {100 * off:.2g} %"
-    yield from _which_rows(answers, known, wrong)
 
 
 def _half_a_turn_off(answers, came, expected, limits):
@@ -207,26 +144,3 @@ def _half_a_turn_off(answers, came, expected, limits):
     # Half a turn is a whole one of the doubled angle.
     of_doubled = answers.difference(2 * came, 2 * expected)
     return np.all(of_doubled <= 2 * limits)
-
-
-def _which_rows(answers, known, wrong):
-    """Yield the sign that all wrong rows have and no right one has."""
-    if not np.any(known & ~wrong):
-        return
-    row = dict(zip(answers.exercise.arguments, answers.columns))
-    signs = {}
-    for name in MODES:
-        if name in row:
-            signs[name] = np.asarray(row[name])
-    joints = {"q11", "q12", "q21", "q22"}
-    if joints <= row.keys() and answers.robot.turns:
-        signs["sin q12"] = np.sin(row["q12"])
-        signs["sin q22"] = np.sin(row["q22"])
-        right_bar = row["q21"] + row["q22"]
-        difference = right_bar - row["q11"] - row["q12"]
-        signs["det A"] = np.sin(difference)
-    for name, value in signs.items():
-        cases = {"> 0": value > 0, "< 0": value < 0}
-        for word, rows in cases.items():
-            if np.array_equal(wrong[known], rows[known]):
-                yield f"wrong where {name} {word}, right elsewhere"

@@ -8,10 +8,10 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from ..models.machine_code import cache_folder
-from .labs import Lab
-from .report.outputs import write_whole
-from .results import Report
+from ...models.machine_code import cache_folder
+from ..judging.results import Report
+from ..labs import Lab
+from .outputs import write_whole
 
 MOST_FILES = 200  # remembered
 

@@ -9,9 +9,8 @@ from itertools import combinations
 
 import numpy as np
 
-from .formulas import MATH, NUMPY, OLD, Values
+from .formulas import MATH, NUMPY, OLD
 
-Guess = tuple[str, str, np.ndarray]  # kind of the mistake, the formula, and its values
 DIGITS = 9  # after the point, in which two values are the same
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _ARRAY = re.compile(r"[A-Za-z_][\w.]*(\(\w+\))?")  # a name, or what a function gives for one
@@ -44,17 +43,6 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         vectors = arrays | _pairs(arrays)
         numbers |= _images(arrays, vectors, size)
     return old | _different(numbers)
-
-
-def guesses_of_names(values: Values) -> list[Guess]:
-    """Return (kind, formula, its values) of what may stand in a place with one other value."""
-    old, made = values.old, []
-    for name, value in values.beside.items():
-        made.append(("a variable", name, value))
-        made.append(("a term", f"{OLD} + {name}", old + value))
-        made.append(("a term", f"{OLD} - {name}", old - value))
-        made.append(("a factor", f"{OLD}*{name}", old * value))
-    return made
 
 
 def _sums(numbers):
@@ -96,6 +84,10 @@ def _products(arrays):
     """Return the parts of plane vectors, and the scalar and the cross products of any two."""
     vectors = {name: value.T for name, value in arrays.items() if value.shape[1] == 2}
     made = {}
+    for name, value in arrays.items():
+        if value.shape[1] == 4:
+            for k, number in enumerate(value.T):
+                made[f"{name}[{k // 2}][{k % 2}]"] = number
     for name, (x, y) in vectors.items():
         made[f"{name}[0]"] = x
         made[f"{name}[1]"] = y

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field, fields, replace
 
+from ..report.pose_figure import pose_figure
 from .ask import Asked, Wrong
-from .report.pose_figure import pose_figure
 
 SCHEMA = 1
 

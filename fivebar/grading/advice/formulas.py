@@ -7,11 +7,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import chain, combinations_with_replacement, permutations
+from itertools import combinations_with_replacement
 
 import numpy as np
 
-from ..base.backend import wrap
+from ...base.backend import wrap
 
 OLD = "__old__"  # what stands in the place now
 CLOSE = 1e-6  # of the largest value: the robot's numbers are typed with seven digits
@@ -21,8 +21,7 @@ SMALLEST = 1e-12  # of a factor
 DENOMINATORS = (1, 2, 3, 4, 6, 8)
 MOST_ABOVE = 24
 MOST_ATOMS = 120  # values beside the place, of which two are multiplied
-MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
-MOST_OF_FOUR = 30
+MOST_FACTORS, MOST_OF_FOUR = 40, 30  # of which three, or four, are multiplied
 MATRIX = 4  # numbers
 # A name, its sine or cosine, what a function gives for it, the sum of two rates.
 _PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)|\([\w.]+\(\w+\)\)|\(\w+D [+-] \w+D\)")
@@ -66,23 +65,26 @@ class Values:
 
 def short_formulas(values: Values) -> Iterator[Found]:
     """Yield formulas that are worth what is needed, with one other value at most."""
-    steps = (_another, _of_itself, _of_another, _with_one)
+    steps = (_another, _of_itself, _with_one)
     with np.errstate(all="ignore"):
         for step in steps if values.slopes is None else (_with_another,):
             yield from step(values)
 
 
 def long_formulas(values: Values) -> Iterator[Found]:
-    """Yield formulas that are worth what is needed, with more values than one."""
-    more = (_sums, _angles, _by_parts) if values.slopes is None else ()
+    """Yield formulas that are worth what is needed, with a product of two to four values more."""
+    plain = {name: value for name, value in values.beside.items() if _PLAIN.fullmatch(name)}
     with np.errstate(all="ignore"):
-        for step in (_with_two, _with_three, *more, _with_four):
-            yield from step(values)
+        yield from _with_products(values, 2, MOST_ATOMS)
+        yield from _with_products(values, 3, MOST_FACTORS)
+        yield from _with_products(replace(values, beside=plain), 4, MOST_OF_FOUR)
 
 
 def _of_itself(values):
     """Yield a number, or the old value with another sign, factor, power or term."""
     old, wanted = values.old, values.wanted
+    if values.alike(wanted, 0 * wanted):
+        yield "a term", "0"
     if number := _number(wanted):
         yield "a number", number
     if factor := _number(wanted / old):
@@ -115,19 +117,6 @@ def _another(values):
                 yield "a variable", name
 
 
-def _of_another(values):
-    """Yield another value times a number in place of the old one."""
-    wanted = values.wanted
-    if values.alike(wanted, 0 * wanted):
-        yield "a term", "0"
-        return
-    for name, value in values.beside.items():
-        if values.alike(value, wanted):
-            continue
-        if factor := _number(wanted / value):
-            yield "a formula", _times(factor, name)
-
-
 def _with_one(values):
     """Yield the old value with one factor or one term more."""
     old, wanted = values.old, values.wanted
@@ -150,19 +139,6 @@ def _with_another(values):
     yield from _with_products(values, 1, MOST_ATOMS)
 
 
-def _with_two(values):
-    yield from _with_products(values, 2, MOST_ATOMS)
-
-
-def _with_three(values):
-    yield from _with_products(values, 3, MOST_FACTORS)
-
-
-def _with_four(values):
-    plain = {name: value for name, value in values.beside.items() if _PLAIN.fullmatch(name)}
-    yield from _with_products(replace(values, beside=plain), 4, MOST_OF_FOUR)
-
-
 def _with_products(values, count, most):
     """Yield the old value with a product of so many values more, as a term or a factor, or such
     a product in its place; in the product one value may be divided by.
@@ -179,6 +155,8 @@ def _with_products(values, count, most):
             divisors = every[:, [split]]
             once = np.sum(every == divisors, axis=1) == 1  # others would cancel it
             picked = every[below[divisors[:, 0]] & once]
+        if not len(picked):
+            continue
         products = np.prod(table[picked], axis=1)
         if split is not None:
             products = products / table[picked[:, split]] ** 2
@@ -227,97 +205,9 @@ def _product(names, chosen, split=None):
     return text if split is None else f"{text}/{names[chosen[split]]}"
 
 
-def _sums(values):
-    """Yield a sum or difference of two products in place of the old value, or beside it."""
-    plain = {name: value for name, value in values.beside.items() if "[0]*" not in name}
-    names, table = _factors(replace(values, beside=plain), MOST_FACTORS)
-    if len(names) < 2:
-        return
-    picked = [(k,) for k in range(len(names))]
-    picked += [*combinations_with_replacement(range(len(names)), 2)]
-    products = np.array([np.prod(table[[*chosen]], axis=0) for chosen in picked])
-    for sign in (1, -1):
-        joint = " + " if sign > 0 else " - "
-        for one, other in _adding_up(values, values.wanted, products, sign):
-            first = _product(names, picked[one])
-            second = _product(names, picked[other])
-            yield "a formula", first + joint + second
-        for one, other in _adding_up(values, values.wanted - values.old, products, sign):
-            first = _product(names, picked[one])
-            second = _product(names, picked[other])
-            yield "a term", f"{OLD} + {first}{joint}{second}"
-
-
-def _adding_up(values, wanted, products, sign):
-    """Yield pairs of products of which the sum, or the difference, is what is wanted."""
-    order = np.argsort(products[:, 0])
-    first = products[order, 0]
-    left = (wanted[0] - products[:, 0]) * sign
-    slack = CLOSE * (np.abs(wanted[0]) + np.abs(left))
-    low = np.searchsorted(first, left - slack)
-    high = np.searchsorted(first, left + slack)
-    for one in np.flatnonzero(high > low):
-        for other in order[low[one] : high[one]]:
-            again = sign > 0 and other < one
-            if not again and values.alike(products[one] + sign * products[other], wanted):
-                yield one, other
-
-
-def _angles(values):
-    """Yield an arc or a direction of values beside the place."""
-    wanted = values.wanted
-    for name, value in values.beside.items():
-        for function, arc in (("acos", np.arccos(value)), ("asin", np.arcsin(value))):
-            if values.alike(arc, wanted):
-                yield "a function", f"{MATH}{function}({name})"
-            if values.alike(-arc, wanted):
-                yield "a function", f"-{MATH}{function}({name})"
-    for above, below in permutations(values.beside, 2) if values.turns else ():
-        y, x = values.beside[above], values.beside[below]
-        size = np.hypot(x, y)
-        across = np.abs(y * np.cos(wanted) - x * np.sin(wanted))
-        along = np.sign(y * np.sin(wanted) + x * np.cos(wanted))
-        if np.all(across <= CLOSE * size) and np.all(along == along[0]) and along[0]:
-            sign = "" if along[0] > 0 else "-"
-            yield "a function", f"{MATH}atan2({sign}{above}, {sign}{below})"
-
-
-def _by_parts(values):
-    """Yield an array with a term more in each of its parts, in some of them 0."""
-    size = values.size
-    if size == 1:
-        return
-    numbers = {
-        name: value[::size] for name, value in values.beside.items() if _is_repeated(value, size)
-    }
-    terms = []
-    for k in range(size):
-        part = Values(values.old[k::size], values.wanted[k::size], numbers)
-        terms.append(_term(part))
-    if not all(terms):
-        return
-    told = f"[{', '.join(terms)}]"
-    if size == 4:
-        first, second = ", ".join(terms[:2]), ", ".join(terms[2:])
-        told = f"[[{first}], [{second}]]"
-    yield "a term", f"{OLD} + {NUMPY}array({told})"
-
-
 def _is_repeated(value, size):
     """Return whether a value beside an array is a number, once for each of the array's parts."""
     return np.all(value.reshape(-1, size) == value[::size, None])
-
-
-def _term(values):
-    """Return what is to be added to the old value, "" where no formula is."""
-    if values.alike(values.wanted, values.old):
-        return "0"
-    if number := _number(values.wanted - values.old):
-        return number
-    for kind, text in chain(_with_one(values), _with_two(values)):
-        if kind == "a term":
-            return text.removeprefix(f"{OLD} + ").replace(f"{OLD} - ", "-")
-    return ""
 
 
 def _divides(name):

@@ -12,18 +12,17 @@ from functools import cache
 
 import numpy as np
 
-from ..models.robots import Biglide, FiveBar
-from .columns import joint_motion
-from .exercise import Exercise
-from .judge import Verdict, judge, related
-from .labs import Lab
-from .misconceptions.stepwise import HELPERS, exercises_on
-from .program import Program
+from ...models.robots import Biglide, FiveBar
+from ..columns import joint_motion
+from ..exercise import Exercise
+from ..intake.program import Program
+from ..labs import Lab
+from ..models import HELPERS, exercises_on
+from ..ten_models import motions
+from ..worker.replies import Reply
+from .judge import Verdict, judge
 from .questions import rows_from
-from .ten_models import motions
-from .worker.replies import Reply
 
-# Numbers that have nothing to do with 64 right ones correlate by 0.4 once in 1,000 times.
 ROWS, RELATED, TOLERANCE = 64, 0.4, 1e-6
 MOST = 5  # wrong helpers that are looked at
 MOTION = "q11 q12 q21 q22 q11D q12D q21D q22D".split()
@@ -68,7 +67,24 @@ def _is_model(helper):
     came = answers.came
     if came.shape[1] == 2 and np.allclose(np.hypot(*came.T), 1):
         return False  # a direction
-    return related(came, answers.expected, helper.exercise.is_angle(), RELATED)
+    return _related(came, answers.expected, helper.exercise.is_angle())
+
+
+def _related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
+    """Return whether half of the numbers (n, k) that came vary from row to row as the right ones
+    do, or more.
+
+    Numbers that have nothing to do with 64 right ones correlate by 0.4 once in 1,000 times.
+    """
+    alike, most = 0, 0
+    for a, b, turns in zip(came.T, expected.T, angles):
+        rows = np.isfinite(a) & np.isfinite(b)
+        a, b = (np.exp(1j * part[rows]) if turns else part[rows] for part in (a, b))
+        a, b = a - a.mean(), b - b.mean()
+        sizes = np.linalg.norm(a) * np.linalg.norm(b)
+        alike += sizes > 0 and abs(np.vdot(a, b)) > RELATED * sizes
+        most += np.linalg.norm(b) > 0
+    return bool(most and alike >= most / 2)
 
 
 @cache
@@ -97,10 +113,10 @@ def _called(role, name, arguments, keys):
     """
 
     def on_row(model):
-        def with_own_arguments(robot, *columns, **steps):
+        def with_own_arguments(robot, *columns):
             given = dict(zip(keys, columns))
             row = (given.get(key, 0.0 * columns[0]) for key in role.arguments)
-            return model(robot, *row, **steps)
+            return model(robot, *row)
 
         return model and with_own_arguments
 
@@ -108,7 +124,6 @@ def _called(role, name, arguments, keys):
         role,
         signature=f"{name}({', '.join(arguments)}) -> {', '.join(role.returns)}",
         answer=on_row(role.answer),
-        derivation=on_row(role.derivation),
         wrong=tuple(replace(each, model=on_row(each.model)) for each in role.wrong),
     )
 

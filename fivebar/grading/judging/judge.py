@@ -10,15 +10,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..models.robots import Robot
-from .columns import Columns
+from ...models.robots import Robot
+from ..columns import Columns
+from ..exercise import Exercise, Misconception
+from ..values import Unfit, read
+from ..worker.replies import KINDS, Reply
 from .diagnosis import Answers, diagnose, difference
-from .exercise import Exercise, Misconception
 from .relations import differences, largest
-from .values import Unfit, read
-from .worker.replies import KINDS, Reply
 
-FEWEST, RELATED = 8, 0.7  # rows that tell; correlation
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a
 # refusal.
@@ -49,8 +48,8 @@ class Verdict:
     diagnosis: the Misconception that gives the student's answers; line, source: in the student's
     file; sample: the numbers of that call for a figure, never printed; remarks: what was let pass;
     beside: what the lab's own test says;
-    related: whether wrong answers go with the right
-    ones, as those of a model with a mistake do; answers: what was asked and came.
+    varies: whether wrong answers change from row to row where the right ones do, as those of a
+    function that is written to its end; answers: what was asked and came.
     """
 
     share: float
@@ -67,7 +66,7 @@ class Verdict:
     remarks: tuple[str, ...] = ()
     sample: dict | None = None
     beside: str = ""
-    related: bool = False
+    varies: bool = False
     answers: Answers | None = field(default=None, repr=False)
 
 
@@ -97,7 +96,7 @@ def judge(
     angles = exercise.is_angle()
     limits = _limits(exercise, expected, tolerance)
     came, reasons, texts, remarks = _outcomes(exercise, replies, refuse)
-    errors = difference(came, expected, angles)
+    errors = difference(came, expected, exercise.turns)
     for i in np.flatnonzero([not reason for reason in reasons]):
         if refuse[i]:
             reasons[i], texts[i] = (
@@ -117,7 +116,7 @@ def judge(
     if share == 1:
         return Verdict(1.0, rows=n, remarks=remarks, beside=beside)
     with np.errstate(all="ignore"):
-        goes = related(came, expected, angles)
+        changing = varies(came, expected)
     answers = Answers(exercise, robot, columns, came, expected, limits, good, refused)
     # A refusal that is only not counted tells less than a wrong answer.
     wrong = np.flatnonzero(~good).tolist()
@@ -144,37 +143,17 @@ def judge(
         remarks,
         _sample(exercise, columns, first, expected[first], came[first]),
         beside,
-        related=goes,
+        varies=changing,
         answers=answers,
     )
 
 
-def related(
-    came: np.ndarray, expected: np.ndarray, angles: np.ndarray, least: float = RELATED
-) -> bool:
-    """Return whether half of the numbers (n, k) that came vary from row to row as the right ones
-    do, or more; least: their correlation.
-
-    Sixteen rows of one that has nothing to do with it correlate by 0.7 once in 400 times.
-    """
-    alike, most = 0, 0
-    for a, b, turns in zip(came.T, expected.T, angles):
-        rows = np.isfinite(a) & np.isfinite(b)
-        if rows.sum() < FEWEST:
-            continue
-        a, b = (np.exp(1j * part[rows]) if turns else part[rows] for part in (a, b))
-        a, b = a - a.mean(), b - b.mean()
-        sizes = np.linalg.norm(a) * np.linalg.norm(b)
-        alike += sizes > 0 and abs(np.vdot(a, b)) > least * sizes
-        most += np.linalg.norm(b) > 0
-    return bool(most and alike >= most / 2)
-
-
-def rows_right(
-    exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
-) -> np.ndarray:
-    """Return which rows (n,) are right, within tolerance (n,)."""
-    return np.all(numbers_right(exercise, robot, columns, replies, tolerance), axis=1)
+def varies(came: np.ndarray, expected: np.ndarray) -> bool:
+    """Return whether most of the numbers (n, k) came, and each changes whose right one does."""
+    finite = np.isfinite(came)
+    spread = np.nan_to_num(came).max(axis=0) - np.nan_to_num(came).min(axis=0)
+    wanted = np.nanmax(expected, axis=0) - np.nanmin(expected, axis=0)
+    return bool(2 * finite.sum() > finite.size and np.all((spread > 0) | ~(wanted > 0)))
 
 
 def numbers_right(
@@ -187,7 +166,7 @@ def numbers_right(
     expected = exercise.outcome(exercise.answer, robot, columns)
     times = len(replies) // len(expected), 1
     limits = np.tile(_limits(exercise, expected, tolerance), times)
-    return difference(came, np.tile(expected, times), exercise.is_angle()) <= limits
+    return difference(came, np.tile(expected, times), exercise.turns) <= limits
 
 
 def numbers_of(exercise: Exercise, replies: list[Reply]) -> np.ndarray:

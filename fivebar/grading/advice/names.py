@@ -1,0 +1,382 @@
+"""What a change that makes a function right is called, in the words of the labs' papers.
+
+Two tables say it, for a teacher to read and to extend: QUANTITIES, what an expression is worth in
+the right model, and KINDS, what was wrong with it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..columns import Array, inverse
+from ..judging.questions import AskedRows, rows_from
+from ..worker.student import Tried
+from ..worker.wire import Change
+from .derivation import Derivation, turned
+from .slips import ATAN, UNITS
+
+ALL = -1  # in place of a place's number: all are told
+ROWS = 6  # in which values are compared
+CLOSE = 1e-7  # of the largest value
+_WORD = re.compile(r"[A-Za-z_]\w*")
+_BARE = re.compile(r"__import__\('\w+'\)\.(linalg\.)?|[()\s]")
+
+# What an expression is worth, of a step of the derivation. {leg}: a leg's value may stand alone.
+QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
+    "the direction of the {leg}distal bar": "phi",
+    "A": "A",
+    "the inverse of A": lambda s: inverse(s.A),
+    "B": "B",
+    "the {leg}diagonal element of B": "b_ii",
+    "the inverse of B": lambda s: inverse(s.B),
+    "J": "J",
+    "the transpose of J": lambda s: turned(s.J),
+    "J^T J": lambda s: turned(s.J) @ s.J,
+    "the inverse of J": "J_inverse",
+    "det A": lambda s: np.linalg.det(s.A),
+    "u of the {leg}distal bar": "u2",
+    "v of the {leg}distal bar": "v2",
+    "u of the {leg}proximal bar": "u1",
+    "v of the {leg}proximal bar": "v1",
+    "d": "d",
+    "the centripetal term of the {leg}proximal bar": "near",
+    "the centripetal term of the {leg}distal bar": "far",
+    "the rate of the {leg}distal bar": "rate",
+    "the squared rate of the {leg}distal bar": "square",
+    "M": "M",
+    "the inverse of M": lambda s: inverse(s.M),
+    "the inertias": lambda s: s.Z + 0 * s.J,
+    "c": "c",
+    "A^-1 d": lambda s: (inverse(s.A) @ s.d[..., None])[..., 0],
+    "the share of the end-effector along {leg}v": "of_tip",
+    "the share of the {leg}pivot along v": "of_pivot",
+    "the centripetal share of the {leg}pivot": "pull",
+    "the {leg}distal bar's rate": "turning",
+    "the passive joints' answer": "passive_found",
+    "B q'' + d": lambda s: (s.B @ s.accelerations[..., None])[..., 0] + s.d,
+    "A xi'' - d": lambda s: (s.A @ s.xi_ddot[..., None])[..., 0] - s.d,
+    "the {leg}pivot": "pivot",
+    "the vector of the {leg}proximal bar": "crank",
+    "the line between the pivots": "line",
+    "the distance of the pivots": lambda s: np.abs(s.line),
+    "half the line between the pivots": lambda s: s.line / 2,
+    "the distance of H": "a",
+    "the height over H": "h",
+    "the end-effector": "tip",
+    "the line from the {leg}base to the end-effector": "reach",
+    "the distance of the end-effector from the {leg}base": lambda s: np.abs(s.reach),
+    "the distance of M from the {leg}base": "b",
+    "the height over the {leg}M": "rise",
+    "the vector of the {leg}proximal bar from its base": "elbow",
+    "the {leg}active joint": "active",
+    "the vector of the {leg}distal bar": "bar",
+    "the absolute angle of the {leg}distal bar": "absolute",
+    "the {leg}passive joint": "relative",
+}
+SIGNS = "Go through the signs of your formula: which terms add, and which subtract?"
+TERMS = "Derive the formula once more on paper: how many terms does it have?"
+NAMES = "Read each name in your formula: which leg, which bar, which derivative is it?"
+MATRICES = "Solve the equation for what you look for: which matrix is on the other side?"
+ORDER = "In which order are these wanted?"
+SHAPES = "Write the shapes and the meaning of rows and columns beside each matrix."
+PRODUCTS = "What does * do with two arrays, and what does @ do?"
+ANGLE = "Draw the angle: which side of the triangle is the cosine, which the sine?"
+ARC = "An arc has no sign of its own. Which two numbers tell atan2 the quadrant?"
+DRAWN = "Draw the vector: which way does it point, and which way should it?"
+# (kind of the change, what stands there => what would be right, what it is called, its hint).
+KINDS: tuple[tuple[str, str, str, str], ...] = (
+    ("a function", r"tan\(.*=>.*tan2\(", "atan for atan2", ATAN),
+    ("a function", r"(cos|sin)\(.*=>.*tan2\(", "an arc in place of a direction", ARC),
+    ("a function", r"\ba(rc)?(cos|sin)\b", "arcsine and arccosine exchanged", ANGLE),
+    ("a function", r"\b(sin|cos)\b", "sine and cosine exchanged", ANGLE),
+    ("a function", "", "another function", "What does each function that you call give?"),
+    ("a sign", "", "a wrong sign", SIGNS),
+    ("a square", r"\*\*.*=>.*\*", "a square in place of a product", UNITS),
+    ("a square", "", "a square forgotten", UNITS),
+    ("a root", "", "a root too much or forgotten", UNITS),
+    ("a factor", r"gamma|assembly|branch", "the mode forgotten", "For which mode is it right?"),
+    ("a factor", "", "a wrong factor", f"{UNITS} Where does each factor come from?"),
+    ("an operator", "", "a wrong operator", UNITS),
+    ("a number", "", "a wrong number", "Where does each number in your formula come from?"),
+    (
+        "a whole number",
+        "",
+        "an array of whole numbers",
+        "What does an array of whole numbers do with a fraction that is put into it?",
+    ),
+    ("a term", "", "a wrong term", TERMS),
+    ("a formula", "", "a wrong formula", f"{TERMS} Which lengths and angles does it hold?"),
+    (
+        "a bracket",
+        "",
+        "a bracket in the wrong place",
+        "In which order does Python compute your formula? Where do brackets belong?",
+    ),
+    ("a variable", r"^[\w.]+ => [\w.]+$", "{old} in place of {new}", NAMES),
+    ("a variable", r"=> .*(inv|solve)\(", "the wrong matrix inverted", MATRICES),
+    ("a variable", r"=> .* @ ", "a matrix forgotten in a product", SHAPES),
+    ("a variable", "", "a wrong name", NAMES),
+    (
+        "an index",
+        "",
+        "a wrong index",
+        "Read each index in your formula: which row, which column, which leg is it?",
+    ),
+    ("the order", r"tan2\(", "atan2 with x before y", "atan2(1, 0) is 90 degrees: what is yours?"),
+    ("the order", r"^[^(\[].* @ ", "matrices in the wrong order", "Which of them must act first?"),
+    ("the order", "", "the wrong order", ORDER),
+    ("a transpose", "", "a transpose forgotten or too much", SHAPES),
+    ("an inverse", r"=>.*(inv|solve)\(", "an inverse forgotten", MATRICES),
+    ("an inverse", "", "a wrong inverse", MATRICES),
+    ("a matrix product", r"=> .* @ ", "element by element in place of a matrix product", PRODUCTS),
+    ("a matrix product", "", "a matrix product in place of element by element", PRODUCTS),
+    (
+        "a comparison",
+        r"=> .* \* .* < 0$",
+        "crossings in one direction alone",
+        "Which sign has the margin before the crossing, which one behind it? Is it always so?",
+    ),
+    (
+        "a comparison",
+        "",
+        "a wrong condition",
+        "Go through your conditions: which case do they choose, and when?",
+    ),
+    ("a direction", r"^.-(.+), -(.+). => .\1, \2.$", "a vector of the wrong sign", DRAWN),
+    ("a direction", "", "a turn missing or the wrong way", DRAWN),
+    (
+        "a line unlike the other leg's",
+        "",
+        "a line unlike the other leg's",
+        "Compare this line with that of the other leg.",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Relation:
+    """How a wrong value goes with the right one: holds(old, new) or holds(old, new, another
+    quantity), all (rows, numbers); name: of {Q}, the right value, and {P}, the other one.
+    """
+
+    name: str
+    hint: str
+    holds: Callable[..., Any]
+
+
+def _matrices(numbers):
+    return numbers.reshape(-1, 2, 2) if numbers.shape[1] == 4 else np.full((1, 2, 2), np.nan)
+
+
+def _quarter(numbers):
+    pairs = numbers.reshape(len(numbers), -1, 2)[..., ::-1] * (-1, 1)
+    return pairs.reshape(numbers.shape)
+
+
+ALONE = (
+    Relation("the sign of {Q}", SIGNS, lambda old, new: (old, -new)),
+    Relation("{Q} transposed", SHAPES, lambda old, new: (turned(_matrices(old)), _matrices(new))),
+    Relation(
+        "a quarter turn missing in {Q}",
+        DRAWN,
+        lambda old, new: (_quarter(old), new) if old.shape[1] % 2 == 0 else (old, new + np.nan),
+    ),
+    Relation(
+        "a quarter turn missing in {Q}",
+        DRAWN,
+        lambda old, new: (_quarter(old), -new) if old.shape[1] % 2 == 0 else (old, new + np.nan),
+    ),
+    Relation(
+        "half a turn missing in {Q}", ATAN, lambda old, new: (np.abs(old - new), np.pi + 0 * new)
+    ),
+    Relation("{Q} twice as large", UNITS, lambda old, new: (old, 2 * new)),
+    Relation("{Q} half as large", UNITS, lambda old, new: (2 * old, new)),
+)
+WITH_ANOTHER = (
+    Relation(
+        "{P} too much in {Q}", TERMS, lambda old, new, p: (old, p if not new.any() else p + np.nan)
+    ),
+    Relation("{P} forgotten in {Q}", TERMS, lambda old, new, p: (new - old, p)),
+    Relation("{P} forgotten in {Q}", TERMS, lambda old, new, p: (old - new, p)),
+    Relation("the sign of {P} in {Q}", SIGNS, lambda old, new, p: (new - old, 2 * p)),
+    Relation("the sign of {P} in {Q}", SIGNS, lambda old, new, p: (old - new, 2 * p)),
+    Relation("factor {P} forgotten in {Q}", UNITS, lambda old, new, p: (new, old * p)),
+    Relation("factor {P} too much in {Q}", UNITS, lambda old, new, p: (old, new * p)),
+    Relation("{P} in place of {Q}", NAMES, lambda old, new, p: (old, p)),
+)
+ADDED = WITH_ANOTHER[:-1]  # what can be told of a value without a name
+
+
+class Quantities:
+    """What is known by name in some rows of questions: values (rows, numbers)."""
+
+    def __init__(self, rows: AskedRows):
+        robot, words = rows.robot, rows.robot.words
+        given = dict(zip(rows.exercise.arguments, rows.columns))
+        s = Derivation(robot, given, {})
+        count = len(rows.columns[0])
+        self.named: list[tuple[str, Array]] = []
+        places = {"base": words.base, "pivot": "elbow" if robot.turns else "foot"}
+        for name, step in QUANTITIES.items():
+            try:
+                with np.errstate(all="ignore"):
+                    value = getattr(s, step) if isinstance(step, str) else step(s)
+            except KeyError:  # the function has not got what this needs
+                continue
+            value = np.broadcast_to(value, (count, *np.shape(value)[1:]))
+            if np.iscomplexobj(value):
+                value = np.stack([value.real, value.imag], axis=-1)
+            name = re.sub(r"\b(base|pivot)(?=s?\b)", lambda m: places[m[0]], name)
+            parts = _with_parts(name, value)
+            self.named += [(text, one) for text, one in parts if _tells(one)]
+        self.plain = [(name, np.asarray(column, float)[:, None]) for name, column in given.items()]
+        self.lengths_and_masses = [
+            (name, np.full((count, 1), value))
+            for name, value in robot.parameters.items()
+            if isinstance(value, float) and value
+        ]
+
+    def name_of(self, values: Array) -> str:
+        """Return what values are called, "" where they have no name."""
+        return next((name for name, known in self.named if _alike(known, values)), "")
+
+    def others(self, change: Change) -> Iterator[tuple[str, Array]]:
+        """Yield what may be forgotten, or stand in the place of something else: a length or a mass
+        only where the change has a name more, or one less.
+        """
+        new = change.new.split(", in ")[0]
+        words = [{*_WORD.findall(text)} for text in (change.old, new)]
+        if changed := words[0] ^ words[1]:
+            # Of equal lengths, the one that the change speaks of.
+            yield from sorted(self.lengths_and_masses, key=lambda pair: pair[0] not in changed)
+        yield from self.plain
+        yield from self.named
+
+
+def _with_parts(name, value):
+    """Yield a quantity of both legs, of either leg, and each of their numbers."""
+    if "{leg}" not in name:
+        flat = value.reshape(len(value), -1)
+        yield name, flat
+        if value.ndim == 2:
+            for number in flat.T:
+                yield name, number[:, None]
+        return
+    yield name.format(leg=""), value.reshape(len(value), -1)
+    for leg, side in enumerate(("left ", "right ")):
+        own = value[:, leg].reshape(len(value), -1)
+        yield name.format(leg=side), own
+        for number in own.T if own.shape[1] > 1 else ():
+            yield name.format(leg=side), number[:, None]
+
+
+def _tells(values):
+    """Return whether values are no plain numbers that many other things are, too."""
+    return values.shape[1] > 2 or bool(np.ptp(values, axis=0).any())
+
+
+def _alike(a, b):
+    """Return whether two arrays are the same in all rows."""
+    if a.shape != b.shape or not np.isfinite(a).all() or not np.isfinite(b).all():
+        return False
+    scale = np.abs(b).max()
+    return bool(scale and np.all(np.abs(a - b) <= CLOSE * scale))
+
+
+def named(
+    student: object, tried: Tried, steps: tuple, changes: Mapping | tuple, rows: AskedRows
+) -> tuple[tuple[str, str], ...]:
+    """Return the name and the hint of each of the changes that make a function right.
+
+    student: who is asked; tried: what was tried before; steps: with which it is right; rows: which
+    it is asked.
+    """
+    some = rows.part(np.arange(min(ROWS, len(rows.columns[0]))))
+    before, after = (
+        _values(student, replace(tried, steps=made), some) for made in (tried.steps, steps)
+    )
+    known = Quantities(some)
+    return tuple(named_change(change, _around(change, before, after), known) for change in changes)
+
+
+def _values(student, tried, rows):
+    """Return (function, line, what stands there) -> its values (rows, numbers)."""
+    plain = rows_from(rows.columns)
+    asked = replace(tried, wave=None, watched=True, numbers=[[ALL] for _ in plain])
+    replies = student.ask(rows.exercise.name, plain, rows.constants, tried=asked)
+    found: dict = {}
+    for number, place in enumerate(student.changes):
+        visits = [reply.visits.get(number, []) for reply in replies]
+        parts = [sum(visit, []) for visit in visits]
+        if len({*map(len, parts)}) == 1 and parts[0]:
+            # Places that are told together with others come after them alone.
+            found.setdefault((place.function, place.line, _bare(place.old)), np.array(parts))
+    return found
+
+
+def _bare(text):
+    """Return a text without brackets, which Python adds and leaves out."""
+    return _BARE.sub("", text)
+
+
+def _around(change, before, after):
+    """Yield the values before and after of what was changed, and of what it stands in."""
+    old, new = _bare(change.old), _bare(change.new.split(", in ")[0])
+    for (function, line, text), values in sorted(before.items(), key=lambda item: len(item[0][2])):
+        if (function, line) == (change.function, change.line) and old in text:
+            now = after.get((function, line, text.replace(old, new)))
+            if now is not None and now.shape == values.shape:
+                yield values, now
+
+
+def named_change(
+    change: Change, around: Iterable[tuple[Array, Array]], known: Quantities
+) -> tuple[str, str]:
+    """Return the name and the hint of one change; around: what it was worth before and after, and
+    what it stands in, from inside to outside.
+    """
+    both = change.old, change.new.split(", in ")[0]
+    if {*both} <= {name for name, _ in known.plain}:
+        # In few rows one argument may be another one's opposite.
+        return "{} in place of {}".format(*both), NAMES
+    where = ""
+    for old, new in around:
+        quantity = known.name_of(new)
+        where = where or quantity
+        if found := _related(old, new, quantity, known.others(change)):
+            return found
+    kind, hint = _kind(change)
+    return (f"{kind} in {where}" if where else kind), hint
+
+
+def _related(old, new, quantity, others):
+    """Return the name and the hint of what relates a wrong value to the right one, None where
+    nothing does.
+    """
+    with np.errstate(all="ignore"):
+        for relation in ALONE if quantity else ():
+            if _alike(*relation.holds(old, new)):
+                return relation.name.format(Q=quantity), relation.hint
+        for name, value in others:
+            for relation in WITH_ANOTHER if quantity else ADDED:
+                if name != quantity and value.shape[1] in (1, old.shape[1]):
+                    a, b = np.broadcast_arrays(*relation.holds(old, new, value))
+                    if _alike(a, b) and np.ptp(a, axis=0).max() > CLOSE * np.abs(a).max():
+                        text = relation.name.format(P=name, Q=quantity)
+                        return text.removesuffix(" in "), relation.hint
+    return None
+
+
+def _kind(change):
+    """Return what a kind of change is called, and its hint."""
+    new = change.new.split(", in ")[0]
+    text = f"{change.old} => {new}"
+    for kind, pattern, name, hint in KINDS:
+        if kind == change.kind and re.search(pattern, text, re.DOTALL):
+            return name.format(old=change.old, new=new), hint
+    raise LookupError(f"a change of no known kind: {change.kind}")

@@ -1,0 +1,131 @@
+"""The exercises on the models of a robot: the right ones, and the slips that the papers name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from ..models import geometry
+from ..models.robots import Biglide, FiveBar, Robot
+from .advice.derivation import Derivation, Step
+from .advice.slips import BOTH, SLIPS
+from .columns import Array, Columns
+from .exercise import Exercise, Misconception
+
+Kind = type[FiveBar] | type[Biglide]
+FOUR, RATES = "q11, q12, q21, q22", "q11D, q12D, q21D, q22D"
+# Of each function its signature, and what it returns of a derivation.
+MODELS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "dgm": ("q11, q21, assembly_mode) -> x, y", ("tip",)),
+    "igm": ("x, y, gamma1, gamma2) -> q11, q21", ("active",)),
+    "dgm_passive": ("q11, q21, assembly_mode) -> q12, q22", ("relative",)),
+    "A": (f"{FOUR}) -> A", ("A",)),
+    "B": (f"{FOUR}) -> B", ("B",)),
+    "compute_A_B": (f"{FOUR}) -> A, B", ("A", "B")),
+    "B_A": (f"{FOUR}) -> B, A", ("B", "A")),
+    "jacobian": (f"{FOUR}) -> J", ("J",)),
+    "velocity_terms": (f"{FOUR}, {RATES}) -> d", ("d",)),
+    "elbows": ("q11, q21) -> x1, y1, x2, y2", ("pivot",)),
+    "dkm": (f"{FOUR}, q11D, q21D) -> xD, yD", ("xi_dot_found",)),
+    "ikm": (f"{FOUR}, xD, yD) -> q11D, q21D", ("rates_found",)),
+    "dkm_passive": (f"{FOUR}, q11D, q21D, xD, yD) -> q12D, q22D", ("passive_found",)),
+    "dkm2": (f"{FOUR}, {RATES}, q11DD, q21DD) -> xDD, yDD", ("xi_ddot_found",)),
+    "ikm2": (f"{FOUR}, {RATES}, xDD, yDD) -> q11DD, q21DD", ("accelerations_found",)),
+    "dkm2_passive": (
+        f"{FOUR}, {RATES}, q11DD, q21DD, xDD, yDD) -> q12DD, q22DD",
+        ("passive_found",),
+    ),
+    "dynamic_model": (f"{FOUR}, {RATES}) -> M, c", ("M", "c")),
+    "inverse_dynamics": (f"{FOUR}, {RATES}, q11DD, q21DD) -> tau1, tau2", ("tau_found",)),
+    "forward_dynamics": (f"{FOUR}, {RATES}, tau1, tau2) -> q11DD, q21DD", ("free_accelerations",)),
+}
+HELPERS = ("A", "B", "compute_A_B", "B_A", "jacobian", "velocity_terms", "elbows")
+SHAPES: dict[str, tuple[int, ...]] = {"c": (2,), "d": (2,)} | dict.fromkeys("ABJM", (2, 2))
+
+
+def dgm(robot: Robot, q11: Array, q21: Array, assembly_mode: Array) -> geometry.Pose:
+    """Return the poses of a batch of active joints, nan where there are none."""
+    modes = np.asarray(assembly_mode, int)
+    return geometry.dgm(robot, np.stack([q11, q21], axis=-1), modes, "nan")
+
+
+def igm(robot: Robot, x: Array, y: Array, gamma1: Array, gamma2: Array) -> geometry.Pose:
+    """Return the poses of a batch of end-effector positions, nan where there are none."""
+    modes = np.stack([gamma1, gamma2], axis=-1).astype(int)
+    return geometry.igm(robot, np.stack([x, y], axis=-1), modes, "nan")
+
+
+# What the package answers itself, up to the limits of reach.
+RIGHT = {
+    "dgm": lambda robot, *row: tuple(dgm(robot, *row).xi.T),
+    "dgm_passive": lambda robot, *row: tuple(dgm(robot, *row).q_passive.T),
+    "igm": lambda robot, *row: tuple(igm(robot, *row).q.T),
+}
+
+
+def derived(name: str, steps: Mapping[str, Step], robot: Robot, *row: Array) -> Columns:
+    """Return what a function of the labs gives with other steps in its derivation, as columns."""
+    arguments, returns = (part.split(", ") for part in MODELS[name][0].split(") -> "))
+    _, found = _computed(name, robot, dict(zip(arguments, row)), steps)
+    if len(found) == len(returns):
+        return tuple(np.broadcast_to(part, (len(row[0]), *part.shape[1:])) for part in found)
+    if np.iscomplexobj(found[0]):
+        points = found[0].reshape(len(row[0]), -1)
+        found = [np.stack([points.real, points.imag], axis=-1).reshape(len(row[0]), -1)]
+    return tuple(found[0].T)
+
+
+def _computed(name, robot, given, steps):
+    """Return the derivation of a function and the quantities that it returns."""
+    s = Derivation(robot, given, steps)
+    return s, [np.asarray(getattr(s, part)) for part in MODELS[name][1]]
+
+
+def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
+    """Return the exercises on these models of a robot.
+
+    Parameters
+    ----------
+    kind
+        The class of the robot: `FiveBar` or `Biglide`.
+    *names
+        Functions, such as "dgm" or "dkm2".
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> from fivebar.grading.models import exercises_on
+    >>> exercises_on(fb.FiveBar, "dgm")[0].arguments
+    ('q11', 'q21', 'assembly_mode')
+    """
+    words, exercises = kind.words, []
+    known = BOTH, "five-bar" if kind.turns else "biglide"
+    places = {"base": words.base, "pivots": words.pivots, "pivot": words.pivots}
+    places["inertias"] = " and ".join(words.inertias)
+    for name in names:
+        places["rate"] = "acceleration" if name == "dkm2_passive" else "rate"
+        wrong, arguments = [], MODELS[name][0].split(") -> ")[0].split(", ")
+        with np.errstate(all="ignore"):
+            used = _computed(name, kind(), dict.fromkeys(arguments, np.ones(1)), {})[0].used
+        # Another slip gives the right answers, and to see that takes time.
+        slips = [slip for slip in SLIPS if slip.robots in known and slip.steps.keys() & used]
+        for slip in slips:
+            for title, steps in slip.variants():
+                model = partial(derived, name, steps)
+                texts = title.format(**places), slip.hint.format(**places)
+                wrong.append(Misconception(*texts, model))
+        signature = MODELS[name][0]
+        returns = tuple(signature.split(" -> ")[1].split(", "))
+        turning = name == "dgm_passive" or (name == "igm" and kind.turns)
+        exercises.append(
+            Exercise(
+                f"{name}({signature}",
+                RIGHT.get(name, partial(derived, name, {})),
+                tuple(wrong),
+                angles=returns if turning else (),
+                shapes={key: SHAPES[key] for key in returns if key in SHAPES},
+            )
+        )
+    return exercises

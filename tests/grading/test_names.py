@@ -1,0 +1,99 @@
+"""What a change is called: by what it is worth in the right model, and by what was wrong with it."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.grading.advice.names import KINDS, Quantities, named_change
+from fivebar.grading.columns import QUARTER
+from fivebar.grading.judging.questions import rows_of
+from fivebar.grading.labs import find_lab
+from fivebar.grading.samples import unequal_robot
+from fivebar.grading.ten_models import columns_of, motions
+from fivebar.grading.worker.wire import Change
+
+ROBOT = unequal_robot(np.random.default_rng(3))
+ACC = motions(ROBOT, np.random.default_rng(4), 6)
+RATES = ACC.rates
+POSE = RATES.pose
+M, C = fb.dynamic_model(RATES)
+N = len(POSE.q)
+PHI = POSE.q + POSE.q_passive
+
+
+def known(function):
+    exercise = find_lab("amoro").exercises()[function]
+    columns = columns_of(function, ACC)
+    return Quantities(rows_of(exercise, ROBOT, columns, 1e-6, None, {}))
+
+
+def flat(values):
+    return np.reshape(values, (N, -1))
+
+
+@pytest.mark.parametrize(
+    ("function", "old", "new", "kind", "text", "name"),
+    [
+        ("dkm2", -RATES.d, RATES.d, "a sign", "x => -x", "the sign of d"),
+        ("dkm", POSE.A.swapaxes(1, 2), POSE.A, "a transpose", "A.T => A", "A transposed"),
+        (
+            "dkm",
+            POSE.A,
+            np.linalg.inv(POSE.A),
+            "an inverse",
+            "A => inv(A)",
+            "A in place of the inverse of A",
+        ),
+        (
+            "dkm",
+            POSE.q_passive[:, :1],
+            PHI[:, :1],
+            "a term",
+            "q12 => q12 + q11",
+            "q11 forgotten in the direction of the left distal bar",
+        ),
+        (
+            "dkm2",
+            (POSE.B @ ACC.q_ddot[..., None])[..., 0] - RATES.d,
+            (POSE.B @ ACC.q_ddot[..., None])[..., 0] + RATES.d,
+            "a sign",
+            "B @ q - d => B @ q + d",
+            "the sign of d in B q'' + d",
+        ),
+        ("dynamic_model", M - 0.1, M, "a bracket", "x => (x)", "a bracket in the wrong place in M"),
+        ("dkm", POSE.A @ QUARTER, POSE.A, "a direction", "x => y", "a quarter turn missing in A"),
+        (
+            "dkm",
+            PHI,
+            PHI + 3,
+            "a variable",
+            "inv(B) @ A => inv(A) @ B",
+            "the wrong matrix inverted",
+        ),
+        ("dgm", PHI, 0 * PHI, "a term", "x => 0", "a wrong term"),
+        ("dynamic_model", M, 0 * M, "a term", "M => 0", "M too much"),
+        ("dynamic_model", M, M + 1, "a variable", "M => M @ J", "a matrix forgotten in a product"),
+        (
+            "dynamic_model",
+            3 * M,
+            M,
+            "a matrix product",
+            "P * J => P @ J",
+            "element by element in place of a matrix product in M",
+        ),
+        ("dgm", PHI, PHI + 3, "a variable", "q21 => q11", "q21 in place of q11"),
+        ("dgm", PHI, PHI + 3, "a function", "np.arctan(y/x) => np.arctan2(y, x)", "atan for atan2"),
+        ("dgm", PHI, PHI + 3, "a variable", "q11 => q21", "q11 in place of q21"),
+        ("dgm", PHI, PHI + 3, "a function", "sin(q) => cos(q)", "sine and cosine exchanged"),
+    ],
+)
+def test_a_change_is_called_by_what_it_is_worth(function, old, new, kind, text, name):
+    before, after = text.split(" => ")
+    change = Change(7, kind, function, before, after)
+    told, hint = named_change(change, [(flat(old), flat(new))], known(function))
+    assert told == name and hint.endswith((".", "?"))
+
+
+def test_each_kind_has_a_name_for_any_text():
+    kinds = {kind for kind, *_ in KINDS}
+    assert kinds <= {kind for kind, pattern, *_ in KINDS if not pattern}
