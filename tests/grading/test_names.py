@@ -71,6 +71,8 @@ def flat(values):
             "the wrong matrix inverted",
         ),
         ("dgm", PHI, 0 * PHI, "a term", "x => 0", "a wrong term"),
+        ("dgm", PHI, PHI + 3, "a term", "x[0] + d / 2 => x[0]", "d / 2 too much"),
+        ("dgm", PHI, PHI + 3, "a term", "x[0] => x[0] - d / 2", "d / 2 forgotten"),
         ("dynamic_model", M, 0 * M, "a term", "M => 0", "M too much"),
         ("dynamic_model", M, M + 1, "a variable", "M => M @ J", "a matrix forgotten in a product"),
         (

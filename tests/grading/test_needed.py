@@ -188,6 +188,17 @@ def test_a_term_of_which_the_answer_shows_a_part_is_found():
     assert kind == "a term" and worth(text, known, old) == pytest.approx(old + term)
 
 
+def test_a_matrix_may_need_a_number_for_a_factor_but_no_other_matrix():
+    draw = np.random.default_rng(15)
+    known = {name: draw.uniform(0.3, 1.4, 12) for name in ("J", "(J.T @ A)")}
+    known["m"] = np.repeat(draw.uniform(0.3, 1.4, 3), 4)
+    old = draw.uniform(0.3, 1.4, 12)
+    right = Values(old, known["m"] * known["(J.T @ A)"], known, size=4)
+    assert [*formulas(right)] == [("a formula", "(J.T @ A)*m")]
+    by_elements = Values(old, known["J"] * known["(J.T @ A)"], known, size=4)
+    assert not [*long_formulas(by_elements)]
+
+
 SOURCE = """
 from math import cos, sin
 l = 0.3
@@ -232,6 +243,19 @@ def test_a_place_shows_its_visits_and_takes_other_values():
 def test_an_array_that_holds_no_number_is_not_told():
     assert flat(np.array([0.5, 2.0])) == [0.5, 2.0]
     assert flat(np.array([0.5, np.nan])) is None and flat(np.array([np.inf])) is None
+
+
+@pytest.mark.filterwarnings("ignore:the matrix subclass:PendingDeprecationWarning")
+def test_a_matrix_shows_its_numbers_and_takes_others_as_a_matrix():
+    source = (
+        "import numpy as np\ndef f(a):\n    R = np.matrix([[0, -a], [a, 0]])\n    return R * R\n"
+    )
+    _, groups, called = watched(source)
+    place = groups["np.matrix([[0, -a], [a, 0]])", 1]
+    _, (seen,) = called([-1], 2.0)
+    assert dict(map(tuple, seen))[place] == [[0.0, -2.0, 2.0, 0.0]]
+    other, _ = called([None, [place, [[1.0, 1.0, 0.0, 1.0]]]], 2.0)
+    assert other.tolist() == [[1.0, 2.0], [0.0, 1.0]]
 
 
 def test_places_of_both_legs_are_one_group_with_the_names_of_the_first():

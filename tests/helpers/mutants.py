@@ -5,11 +5,13 @@ import copy
 import random
 import re
 import sys
+import warnings
 from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
 
+from fivebar.base import old_numpy
 from fivebar.grading import Reply, judge
 from fivebar.grading.labs import find_lab
 from fivebar.grading.ten_models import TEN, TOLERANCE, columns_of, motions
@@ -90,9 +92,12 @@ def _changes(node):
 def answers(source, constants, name, columns):
     """Replies of a function of this source."""
     module = ModuleType("student")
-    with np.errstate(all="ignore"):
+    old_numpy.install()
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # NumPy's of its class `matrix`
         try:
-            exec(compile(source, "student", "exec"), module.__dict__)
+            # As the grader runs it: old files take arrays of one element for numbers.
+            exec(old_numpy.compiled(source, "student"), module.__dict__)
         except Exception:
             return None
         module.__dict__.update(

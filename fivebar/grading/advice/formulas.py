@@ -143,11 +143,12 @@ def _with_products(values, count, most):
     """Yield the old value with a product of so many values more, as a term or a factor, or such
     a product in its place; in the product one value may be divided by.
     """
-    names, table = _factors(values, most)
+    names, table, is_matrix = _factors(values, most)
     if not names:
         return
     every = np.array([*combinations_with_replacement(range(len(names)), count)])
-    below = np.array([_divides(name) for name in names])
+    every = every[is_matrix[every].sum(axis=1) <= 1]
+    below = np.array([_divides(name) for name in names]) & ~is_matrix
     wanted, more = values.seen(values.wanted), values.seen(values.wanted - values.old)
     for split in (None, *range(count)):
         picked = every
@@ -166,6 +167,7 @@ def _with_products(values, count, most):
         for chosen, factor in _fitting(wanted / terms, picked):
             text = _times(factor, _product(names, chosen, split))
             yield "a variable" if text in names else "a formula", text
+        factors[is_matrix[picked].any(axis=1)] = np.nan
         for chosen, factor in _fitting(wanted / factors, picked):
             yield "a factor", _times(factor, f"{OLD}*{_product(names, chosen, split)}")
 
@@ -180,18 +182,20 @@ def _fitting(ratios, picked):
 
 
 def _factors(values, most):
-    """Return names and values (names, samples) of what can be multiplied: 0 and 1 cannot, and
-    nobody multiplies matrices by elements on purpose.
+    """Return names and values (names, samples) of what can be multiplied, as 0 and 1 cannot, and
+    which of them are matrices: nobody multiplies two of these by elements on purpose.
     """
     names = [
         name
         for name, value in values.beside.items()
-        if np.all(np.abs(value) > SMALLEST)
-        and not _number(value)
-        and (values.size < MATRIX or _is_repeated(value, values.size))
+        if np.all(np.abs(value) > SMALLEST) and not _number(value)
     ]
-    names = names[:most]
-    return names, np.array([values.beside[name] for name in names])
+    size = values.size
+    is_matrix = [size >= MATRIX and not _is_repeated(values.beside[name], size) for name in names]
+    # Matrices first: sums of angles are many, and would take their places.
+    order = np.argsort(~np.array(is_matrix), kind="stable")[:most]
+    table = np.array([values.beside[names[k]] for k in order])
+    return [names[k] for k in order], table, np.array(is_matrix)[order]
 
 
 def _product(names, chosen, split=None):

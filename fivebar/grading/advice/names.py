@@ -109,6 +109,8 @@ KINDS: tuple[tuple[str, str, str, str], ...] = (
         "an array of whole numbers",
         "What does an array of whole numbers do with a fraction that is put into it?",
     ),
+    ("a term", r"^(?P<rest>.+) [+-] (?P<term>[^+-]+) => (?P=rest)$", "{term} too much", TERMS),
+    ("a term", r"^(?P<rest>.+) => (?P=rest) [+-] (?P<term>[^+-]+)$", "{term} forgotten", TERMS),
     ("a term", "", "a wrong term", TERMS),
     ("a formula", "", "a wrong formula", f"{TERMS} Which lengths and angles does it hold?"),
     (
@@ -377,6 +379,7 @@ def _kind(change):
     new = change.new.split(", in ")[0]
     text = f"{change.old} => {new}"
     for kind, pattern, name, hint in KINDS:
-        if kind == change.kind and re.search(pattern, text, re.DOTALL):
-            return name.format(old=change.old, new=new), hint
+        found = re.search(pattern, text, re.DOTALL)
+        if kind == change.kind and found:
+            return name.format(old=change.old, new=new, **found.groupdict()), hint
     raise LookupError(f"a change of no known kind: {change.kind}")

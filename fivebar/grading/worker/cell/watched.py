@@ -108,7 +108,7 @@ def flat(value: Any) -> list[float] | None:
         return None
     if value.size > MOST_NUMBERS or value.dtype.kind not in "iufc":
         return None
-    parts: list = value.ravel().tolist()
+    parts: list = numpy.asarray(value).ravel().tolist()  # a matrix stays one in ravel
     if value.dtype.kind == "c":
         pairs = [(part.real, part.imag) for part in parts]
         parts = [*chain.from_iterable(pairs)]
@@ -131,7 +131,7 @@ def _like(value, numbers):
         return numbers[0]
     if value.dtype.kind == "c":
         numbers = [complex(*pair) for pair in zip(numbers[::2], numbers[1::2])]
-    return numpy.array(numbers).reshape(value.shape)
+    return numpy.array(numbers).reshape(value.shape).view(type(value))
 
 
 def _named(frame):
