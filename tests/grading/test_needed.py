@@ -124,6 +124,7 @@ def test_where_nothing_can_be_divided_by_products_are_looked_for_all_the_same():
         samples(5)["b"], samples(5)["w"], known, slopes=np.tile([[1.0], [0.0]], (4, 1, 1))
     )
     assert list(long_formulas(values)) == []
+    assert list(long_formulas(Values(values.old, values.wanted, {}))) == []
 
 
 def test_nobody_forgets_to_divide_by_a_rate():

@@ -190,12 +190,11 @@ def _factors(values, most):
         for name, value in values.beside.items()
         if np.all(np.abs(value) > SMALLEST) and not _number(value)
     ]
-    size = values.size
-    is_matrix = [size >= MATRIX and not _is_repeated(values.beside[name], size) for name in names]
+    matrices = [name for name in names if _is_matrix(values.beside[name], values.size)]
     # Matrices first: sums of angles are many, and would take their places.
-    order = np.argsort(~np.array(is_matrix), kind="stable")[:most]
-    table = np.array([values.beside[names[k]] for k in order])
-    return [names[k] for k in order], table, np.array(is_matrix)[order]
+    names = [*matrices, *(name for name in names if name not in matrices)][:most]
+    table = np.array([values.beside[name] for name in names])
+    return names, table, np.arange(len(names)) < len(matrices)
 
 
 def _product(names, chosen, split=None):
@@ -209,9 +208,11 @@ def _product(names, chosen, split=None):
     return text if split is None else f"{text}/{names[chosen[split]]}"
 
 
-def _is_repeated(value, size):
-    """Return whether a value beside an array is a number, once for each of the array's parts."""
-    return np.all(value.reshape(-1, size) == value[::size, None])
+def _is_matrix(value, size):
+    """Return whether a value beside an array of so many numbers is a matrix, too, and no number
+    that is repeated for each of the array's parts.
+    """
+    return size >= MATRIX and bool(np.any(value.reshape(-1, size) != value[::size, None]))
 
 
 def _divides(name):
