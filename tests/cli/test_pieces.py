@@ -27,8 +27,8 @@ from fivebar.cli import (
 from fivebar.cli import linkage as linkage_command
 from fivebar.cli import map as map_command
 from fivebar.grading.intake.hand_in import look_into
+from fivebar.grading.intake.students_robots import draw_for, hidden_seed, robot_for
 from fivebar.grading.labs import find_lab
-from fivebar.grading.variants import draw_for, hidden_seed, robot_for
 from fivebar.grading.worker.replies import Reply
 from fivebar.linkages import Study
 from fivebar.linkages.six_bar_press import PRESSES
