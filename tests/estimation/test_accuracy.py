@@ -1,5 +1,7 @@
 """Poses to measure at, tip errors and repeatability, against other ways to the same numbers."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -248,3 +250,13 @@ def test_outside_the_model_it_says_so_and_is_no_worse_than_a_quadratic_correctio
     )  # 1 degree moves points by 0.02 mm: to be measured first
     old, new, notes = against_quadratic(rng, name, sets=6, sigma=sigma)
     assert new < old and notes == 1.0
+
+
+@pytest.mark.parametrize("scale", [1e-3, 50.0])
+def test_poses_to_measure_at_are_those_of_a_robot_of_another_size(scale):
+    lengths = np.array([0.08, 0.11, 0.1, 0.095, 0.12])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of unusual lengths
+        own, other = (fb.measurement_poses(fb.FiveBar(*k * lengths), 8) for k in (1.0, scale))
+    assert np.abs(other.xi / scale - own.xi).max() < 1e-9
+    assert other.worst_tip == pytest.approx(own.worst_tip, rel=1e-9)

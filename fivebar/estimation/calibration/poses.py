@@ -25,6 +25,7 @@ from .indistinguishable import combination, plainest
 from .measured_robot import PLACE, seen, sizes
 
 MODES = ((-1, -1), (-1, 1), (1, -1), (1, 1))
+UNTOLD = 1e-4  # of a pose's information: what is known of each unknown before any pose
 SIDE = 27  # candidates along the workspace, in each working mode
 
 
@@ -248,7 +249,7 @@ def _spread(jacobian, covariance):
 def _exchanged(jacobian, n):
     """Return n candidates of the greatest det of the information, by greedy steps and exchanges."""
     k = jacobian.shape[2]
-    information = 1e-6 * np.eye(k)
+    information = UNTOLD * np.mean(jacobian**2) * np.eye(k)
     chosen = []
     for _ in range(n):
         gain = _gain(jacobian, np.linalg.inv(information))
@@ -288,7 +289,8 @@ def _for_the_tip(jacobian, chosen):
     count = len(jacobian)
     k = jacobian.shape[2]
     chosen = list(chosen)
-    information = 1e-9 * np.eye(k)
+    unknown = 1e-3 * UNTOLD * np.mean(jacobian**2) * np.eye(k)
+    information = unknown.copy()
     for slopes in jacobian[chosen]:
         information += slopes.T @ slopes
     worst = np.argsort(-_spread(jacobian, np.linalg.inv(information)))
@@ -301,7 +303,7 @@ def _for_the_tip(jacobian, chosen):
     for place in [*range(len(chosen))] * rounds:
         own = jacobian[chosen[place]]
         rest = information - own.T @ own
-        covariance = np.linalg.inv(rest + 1e-9 * np.eye(k))
+        covariance = np.linalg.inv(rest + unknown)
         # Candidate j lowers the error at pose w by |L^-1 J_j C J_w'|^2, L L' = I + J_j C J_j'.
         across = candidates_ @ covariance
         gram = np.eye(2) + across @ candidates_.transpose(0, 2, 1)
