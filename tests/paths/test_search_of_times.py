@@ -126,7 +126,7 @@ def test_a_search_ends_after_its_work(monkeypatch):
         seen.append(len(mesh))
         none = np.zeros(len(mesh))
         nodes = np.zeros(len(mesh) + 1)
-        above = Ceiling(nodes, none + 1, none, None)
+        above = Ceiling(nodes, none + 1, none, none, None)
         return Solved(above, nodes, nodes, none, none + np.inf, (7,), 1)
 
     monkeypatch.setattr(solve_module, "ROUNDS", 3)

@@ -358,6 +358,8 @@ def test_x_at_the_nodes_is_that_of_parabolas_from_node_to_node():
     alone = ConstraintRows({"b": np.zeros((3, 0, n))}, {}, {}, rows.tip, rows.tip)
     found = ceiling(rows, alone, h, top, gaps)
     parabolas = _parabolas(rows, h, np.full(n, np.inf))
+    ends = np.maximum(found.x[:-1], found.x[1:])
+    assert (found.high >= ends * (1 - 1e-12)).all() and (found.high < ends + 1.0).all()
     expected = [top[0]]
     for k in range(n):
         start = np.array([expected[-1]])
@@ -759,7 +761,7 @@ def test_lines_above_and_below_a_square_root(off):
     one = np.ones(n)
     mesh = SimpleNamespace(tied=np.array([True]), found={"D": SimpleNamespace(middle=one)})
     close = np.array([False, True, False, False])  # beside rest x is not close to anything
-    lines, low, high = _root(rows, mesh, near, off * one, 2.0 * one, 0.8 * one)
+    lines, low, high = _root(rows, mesh, near, off * one, 2.0 * one)
     for k in range(n):
         (p, q), (p_below, q_below) = lines[:, :, k]
         if close[k] and not off:
@@ -775,10 +777,10 @@ def test_lines_above_and_below_a_square_root(off):
             assert (p * x + q - p_below * x - q_below).max() < 0.01
         else:
             assert (low[k], high[k]) == (0, 2)
-            assert p * 0.8 + q == pytest.approx(np.sqrt(0.8))
+            assert p * 2 + q == pytest.approx(np.sqrt(2))
     mesh.tied[:] = False
-    plain, low, high = _root(rows, mesh, near, off * one, 2.0 * one, 0.8 * one)
-    assert (plain[0, 0] == 0.5 / np.sqrt(0.8)).all() and not low.any() and (high == 2).all()
+    plain, low, high = _root(rows, mesh, near, off * one, 2.0 * one)
+    assert (plain[0, 0] == 0.5 / np.sqrt(2)).all() and not low.any() and (high == 2).all()
 
 
 def test_viscous_friction_is_bounded_from_above():

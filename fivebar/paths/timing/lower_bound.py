@@ -33,12 +33,14 @@ CLOSE = 1e-6  # of x
 class Ceiling(NamedTuple):
     """A curve that no motion is above.
 
-    x: at the nodes (n + 1,). time: least time (n,), s, on each stretch. size: largest |u| (n,) of
-    the curves. stuck: the node that no motion passes, or None.
+    x: at the nodes (n + 1,). time, high, size (n,): the least time, s, on each stretch, the largest
+    x of a motion, and the largest |u| of the curves. stuck: the node that no motion passes, or
+    None.
     """
 
     x: np.ndarray
     time: np.ndarray
+    high: np.ndarray
     size: np.ndarray
     stuck: int | None
 
@@ -152,13 +154,13 @@ def ceiling(
             break
     stuck = np.append(np.flatnonzero(ahead[2] < 0) + 1, np.flatnonzero(behind[2] < 0))
     if len(stuck):
-        return Ceiling(x, 0 * length, 0 * length, int(stuck[0]))
+        return Ceiling(x, 0 * length, high, 0 * length, int(stuck[0]))
     slopes = np.abs([*ahead[:2], *behind[:2]])
     size = np.where(np.isfinite(slopes), slopes, -np.inf).max(axis=0)
     time = _least_time(x[:-1], ahead, x[1:], behind, length)
     if alone.parts["b"].shape[1]:
         time = np.maximum(time, _cruise(alone, length))
-    return Ceiling(x, time, np.where(size < 0, np.inf, size), None)
+    return Ceiling(x, time, high, np.where(size < 0, np.inf, size), None)
 
 
 def _parabolas(rows, h, high):

@@ -85,9 +85,7 @@ def polygons(
         middle[i] = first[i] + length[i] * u0[i]
         u1[i] = (last[i] - first[i]) / length[i] - u0[i]
     size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
-    ends = ROOM * np.maximum(above.x[:-1], above.x[1:])
-    high = np.maximum(ends, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
-    root, low, high = _root(rows, mesh, near, off, high, ends)
+    root, low, high = _root(rows, mesh, near, off, ROOM * above.high)
     u = np.stack([u0, u1])
     x = np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, a difference of both x over the length
@@ -181,19 +179,17 @@ def _width(table, size, high, of_x=1.0):
     return table["a"] * size + by_x + table["c"]
 
 
-def _root(rows, mesh, near, off, high, ends):
+def _root(rows, mesh, near, off, high):
     """Return ((2, 2, n) lines [p, q] above and below sqrt(x), low and high (n,) of x).
 
-    Any tangent is above: it touches at the larger x of the ceiling at both ends. Where a torque is
-    large, `high` is far more: the tangent there would forbid a motor even to rest.
+    Any tangent is above: it touches at the ceiling.
 
     Beside a node where friction is part of the criterion both are close, as close as the torques
     are small there: the tangent at x = near, which is no bound, or (off) bounds for x close to it.
     """
     low = np.zeros(len(high))
     wide = np.sqrt(high)
-    touch = np.sqrt(np.where(ends > 0, ends, high))
-    lines = np.array([[0.5 / touch, touch / 2], [1 / wide, low]])
+    lines = np.array([[0.5 / wide, wide / 2], [1 / wide, low]])
     if not mesh.tied.any() or not rows.torque.any():
         return lines, low, high
     least = np.minimum(near[:-1], near[1:])
@@ -209,7 +205,7 @@ def _root(rows, mesh, near, off, high, ends):
     below = np.sqrt(low)
     wide = np.sqrt(high)
     chord = 1 / (below + wide)
-    touch = np.where(close, np.sqrt(below * wide), touch)
+    touch = np.where(close, np.sqrt(below * wide), wide)
     lines = np.array([[0.5 / touch, touch / 2], [chord, below - low * chord]])
     return lines, low, high
 

@@ -87,12 +87,12 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
         for each, found, at in chosen:
             meshes.append(each.taken(at))
             above = found.above
-            columns = above.x[:-1], above.time, above.size, found.top[:-1], found.x[:-1]
+            columns = above.x[:-1], above.time, above.high, above.size, found.top[:-1], found.x[:-1]
             tables.append(np.stack([*columns, found.bent, found.time])[:, at])
     mesh, order = joined(meshes)
-    highest, least, size, top, x, bent, taken = np.concatenate(tables, axis=1)[:, order]
+    highest, least, high, size, top, x, bent, taken = np.concatenate(tables, axis=1)[:, order]
     highest, top, x = (np.append(each, 0.0) for each in (highest, top, x))  # it ends at rest
-    return mesh, Solved(Ceiling(highest, least, size, None), top, x, bent, taken, (), looks)
+    return mesh, Solved(Ceiling(highest, least, high, size, None), top, x, bent, taken, (), looks)
 
 
 def _refined(mesh, limits, gap, until):
