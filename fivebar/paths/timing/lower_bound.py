@@ -26,7 +26,7 @@ from .constraint_rows import PARTS, ConstraintRows
 MARGIN = 1e-9
 # Bernstein coefficients of t (1 - t).
 BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)
-STEPS = 12  # in which rows are chosen, and sqrt(x) is bounded more closely
+STEPS = 24  # in which rows are chosen, and sqrt(x) is bounded more closely
 CLOSE = 1e-6  # of x
 
 
