@@ -292,7 +292,9 @@ def test_an_interrupted_command_keeps_the_charts_that_were_done(tmp_path, monkey
         return original(*arguments)
 
     monkeypatch.setattr(runner, "run", run_one)
-    assert main(["chart", "all", "--quick", "--out", str(tmp_path)]) == 1
+    assert (
+        main(["chart", "all", "--quick", "--out", str(tmp_path)]) == 130
+    )  # as a shell says Ctrl-C
     assert "the same command goes on there" in capsys.readouterr().err
     assert (tmp_path / "toy.csv").exists() and (tmp_path / "toy.partial.jsonl").exists()
     monkeypatch.setattr(Worker, "measure", lambda *_: pytest.fail("measured again"))
