@@ -306,7 +306,7 @@ def test_no_motion_passes_a_parabola(friction):
     x0, h = rng.uniform(0.05, 1.0, n), rng.uniform(0.01, 0.1, n)
     high = x0 + rng.uniform(0.5, 0.6, n)
     high[::3] = np.inf
-    (u0, u1, end), _ = _lowest(_parabolas(rows, h, high), x0, h)
+    (_, u0, u1, end), _ = _lowest(_parabolas(rows, h, high), x0, h)
     t = np.linspace(0, 1, 101)[:, None]
     powers = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
     x = x0 + h * (2 * u0 * t + (u1 - u0) * t**2)
@@ -330,12 +330,12 @@ def test_of_rows_the_lowest_parabola_counts():
     rows = random_rows(rng, 6, n, 0.0)
     h, high = np.full(n, 0.05), np.full(n, np.inf)
     parabolas = _parabolas(rows, h, high)
-    single = [_lowest(parabolas[:, :, k : k + 1], np.full(n, 0.3), h)[0][2] for k in range(6)]
-    (_, _, end), (slope, offset) = _lowest(parabolas, np.full(n, 0.3), h)
+    single = [_lowest(parabolas[:, :, k : k + 1], np.full(n, 0.3), h)[0][3] for k in range(6)]
+    (*_, end), (slope, offset) = _lowest(parabolas, np.full(n, 0.3), h)
     assert (end == np.min(single, axis=0)).all() and np.ptp(single, axis=0).min() > 0
     np.testing.assert_allclose(slope * 0.3 + offset, end)
     for x0 in np.linspace(0, 0.3, 7):
-        assert (slope * x0 + offset >= _lowest(parabolas, np.full(n, x0), h)[0][2] - 1e-15).all()
+        assert (slope * x0 + offset >= _lowest(parabolas, np.full(n, x0), h)[0][3] - 1e-15).all()
     free = np.full(n, math.inf)
     assert np.isinf(_lowest(parabolas, free, h)[0]).all()
     rows.parts["a"][:] = 1.0
@@ -363,7 +363,7 @@ def test_x_at_the_nodes_is_that_of_parabolas_from_node_to_node():
     expected = [top[0]]
     for k in range(n):
         start = np.array([expected[-1]])
-        end = _lowest(parabolas[..., k : k + 1], start, h[k : k + 1])[0][2, 0]
+        end = _lowest(parabolas[..., k : k + 1], start, h[k : k + 1])[0][3, 0]
         end = min(end, top[k + 1])
         if k + 1 in range(5, n + 1, 3) and 0.2 < end < 0.9:
             end = 0.2
@@ -378,18 +378,18 @@ def test_x_at_the_nodes_is_that_of_parabolas_from_node_to_node():
 def test_the_least_time_below_two_curves():
     """One rises from the start, one to the end backwards: that of the slower one."""
     h, x0, x1 = 0.5, 0.1, 0.2
-    ahead = 1.0, 1.4, x0 + h * 2.4
-    behind = 1.2, 0.9, x1 + h * 2.1
+    ahead = x0, 1.0, 1.4, x0 + h * 2.4
+    behind = x1, 1.2, 0.9, x1 + h * 2.1
     s = np.linspace(0, h, 200_001)
     times = []
-    for x, (u0, u1, _) in ((x0, ahead), (x1, behind)):
+    for x, u0, u1, _ in (ahead, behind):
         times.append(np.trapezoid(1 / np.sqrt(x + 2 * u0 * s + (u1 - u0) / h * s**2), s))
-    free = np.full((3, 1), np.inf)
+    free = np.full((4, 1), np.inf)
     ahead, behind = np.array([ahead]).T, np.array([behind]).T
-    h, x0, x1, inf = (np.array([each]) for each in (h, x0, x1, math.inf))
-    assert _least_time(x0, ahead, x1, behind, h) == pytest.approx(max(times), rel=1e-6)
-    assert _least_time(x0, ahead, inf, free, h) == pytest.approx(times[0], rel=1e-6)
-    assert _least_time(inf, free, inf, free, h) == 0.0
+    h = np.array([h])
+    assert _least_time(ahead, behind, h) == pytest.approx(max(times), rel=1e-6)
+    assert _least_time(ahead, free, h) == pytest.approx(times[0], rel=1e-6)
+    assert _least_time(free, free, h) == 0.0
 
 
 def test_the_least_time_of_cruising():

@@ -26,7 +26,7 @@ from .constraint_rows import PARTS, ConstraintRows
 MARGIN = 1e-9
 # Bernstein coefficients of t (1 - t).
 BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)
-STEPS = 24  # in which rows are chosen, and sqrt(x) is bounded more closely
+STEPS = 30
 CLOSE = 1e-6  # of x
 
 
@@ -142,22 +142,21 @@ def ceiling(
         if step == 0 or rows.parts["v"].any():
             forward = _parabolas(rows, length, high)
             backward = _parabolas(turned, length, high)
-        x = _recurrence(x, *_lowest(forward, x[:-1], length)[1])
-        slope, offset = _lowest(backward, x[1:], length)[1]
-        x = _recurrence(x[::-1], slope[::-1], offset[::-1])[::-1]
+        ahead, lines = _lowest(forward, x[:-1], length)
+        x = _recurrence(x, *lines)
+        behind, lines = _lowest(backward, x[1:], length)
+        x = _recurrence(x[::-1], *lines[:, ::-1])[::-1]
         x = _below_gaps(x, gaps)
-        ahead = _lowest(forward, x[:-1], length)[0]
-        behind = _lowest(backward, x[1:], length)[0]
-        for start, (u0, _, end) in ((x[:-1], ahead), (x[1:], behind)):
+        for start, u0, _, end in (ahead, behind):
             high = np.fmin(high, np.maximum(np.maximum(start, start + length * u0), end))
         if np.allclose(x, before, rtol=CLOSE, atol=0.0):
             break
-    stuck = np.append(np.flatnonzero(ahead[2] < 0) + 1, np.flatnonzero(behind[2] < 0))
+    stuck = np.append(np.flatnonzero(ahead[3] < 0) + 1, np.flatnonzero(behind[3] < 0))
     if len(stuck):
         return Ceiling(x, 0 * length, high, 0 * length, int(stuck[0]))
-    slopes = np.abs([*ahead[:2], *behind[:2]])
+    slopes = np.abs([*ahead[1:3], *behind[1:3]])
     size = np.where(np.isfinite(slopes), slopes, -np.inf).max(axis=0)
-    time = _least_time(x[:-1], ahead, x[1:], behind, length)
+    time = _least_time(ahead, behind, length)
     if alone.parts["b"].shape[1]:
         time = np.maximum(time, _cruise(alone, length))
     return Ceiling(x, time, high, np.where(size < 0, np.inf, size), None)
@@ -224,8 +223,8 @@ def _quotient(rows, name, of_v, most):
 
 
 def _lowest(parabolas, x0, h):
-    """Return (u0, u1, x1) (3, n) of the rows' parabola that ends lowest from x0 (n,), inf where
-    none bounds, and slope and offset of a line through x1 that is above its end from any lower x0.
+    """Return (x0, u0, u1, x1) (4, n) of the rows' parabola that ends lowest from x0 (n,), inf where
+    none bounds, and (slope, offset) of a line through x1 that is above its end from any lower x0.
     """
     start = np.where(np.isfinite(x0), x0, 0.0)
     with np.errstate(all="ignore"):
@@ -239,7 +238,7 @@ def _lowest(parabolas, x0, h):
         offset = h * (offsets[0] + offsets[1:].max(axis=0))
         steepest = 1 + h * (slopes[0] + slopes[1:].max(axis=0))
         slope = np.where(start > 0, (end - offset) / start, steepest)
-        curve = np.stack([values[0, k, columns], u1[k, columns], end])
+        curve = np.stack([x0, values[0, k, columns], u1[k, columns], end])
     free = np.isnan(end) | np.isinf(x0)
     return np.where(free, np.inf, curve), np.where(
         np.isnan(end), [[0.0], [np.inf]], [slope, offset]
@@ -268,10 +267,10 @@ def duration(h: np.ndarray, x0: np.ndarray, x1: np.ndarray, bent: np.ndarray) ->
     return np.where(np.isnan(time), np.inf, time)
 
 
-def _least_time(x0, ahead, x1, behind, h):
-    """Return the least times (n,) below either curve, from x0 on or back from x1."""
+def _least_time(ahead, behind, h):
+    """Return the least times (n,) below either curve, from the start on or back from the end."""
     best = np.zeros(len(h))
-    for start, (u0, u1, end) in ((x0, ahead), (x1, behind)):
+    for start, u0, u1, end in (ahead, behind):
         with np.errstate(all="ignore"):
             least = np.minimum(np.minimum(start + h * u0, start), end)
             time = duration(h, start, end, (u1 - u0) / h)
