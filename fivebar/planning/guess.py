@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 GRID = 121  # nodes per side of the grid on which a first path is searched
 SMOOTHINGS = 100  # passes over that path
+BENDS = 0.3, -0.3, 0.6, -0.6, 1.0, -1.0  # of a distal bar, to the left, of paths beside the line
 
 
 def guess_again(plan: Plan, found: PlanSolution) -> Guess:
@@ -85,6 +86,20 @@ def first_guess(
     times = np.concatenate(times)
     table = np.concatenate(rows)
     return lambda t: _interpolated(t, times, table), durations
+
+
+def bent_paths(problem: Problem) -> list[list[np.ndarray]]:
+    """Return paths between two stops that bend to a side, those that the limits allow."""
+    a, b = (np.array(conditions[0]) for conditions, _ in problem.stops)
+    x, y = (b - a) / max(np.linalg.norm(b - a), 1e-300)
+    share = np.linspace(0, 1, 61)[:, None]
+    found = []
+    for bend in BENDS:
+        side = bend * problem.length * np.array([-y, x])
+        path = a + share * (b - a) + 4 * share * (1 - share) * side
+        if (_blocked(problem, path) <= 0).all():
+            found.append([path])
+    return found
 
 
 def _in_time(derivatives, duration):

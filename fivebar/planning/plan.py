@@ -20,7 +20,7 @@ from ..models.geometry import Pose, igm
 from ..singularities.degenerate import refuse_singular_everywhere
 from .collocation import LIMITS, Scheme
 from .functions import OwnFunctions
-from .guess import first_guess, guess_again
+from .guess import bent_paths, first_guess, guess_again
 from .plans import Plan, PlanMesh, Tried
 from .problem import (
     PlanError,
@@ -53,6 +53,7 @@ PLANS = 3  # at most, of which the best is taken, and that are refined when aske
 FAILURES = 4  # of starts, after which the search ends
 # Of the best plan's objective: the cost of a start on the coarse mesh that may still beat it.
 CLOSE = 1.05
+SAME = 1e-3  # of an objective, by which two motions on the coarse mesh are told apart
 
 
 @dataclass(frozen=True)
@@ -207,9 +208,34 @@ def plan(
             "plan: this motion must cross a Type-2 singularity, where without a torque among the"
             ' constraints or a weight on "effort" the torque has no bound'
         )
+    starts, ways = _straight_and_bent(problem, collocation, began)
+    return _best(starts, collocation, began, ways)
+
+
+def _straight_and_bent(problem, collocation, began):
+    """Return starts, that of least cost on the coarse mesh first, and how many ways were tried.
+
+    Where the robot has weight, a motion that falls to a side and swings up again may cost half: of
+    16 random motions the straight way alone led to the best of all seven in 10.
+    """
     guess, durations = first_guess(problem)
     mesh = mesh_of(collocation.intervals, durations)
-    return _best([Start(problem, mesh, durations, guess)], collocation, began)
+    straight = Start(problem, mesh, durations, guess)
+    if not problem.fall or len(problem.stops) > 2:
+        return [straight], 1
+    search = _PlanSearch(problem, collocation, began)
+    known: dict[float, Start] = {}
+    tried = [(guess, durations), *(first_guess(problem, paths) for paths in bent_paths(problem))]
+    for guess, durations in tried:
+        try:
+            found, plan = search.solve(mesh, durations, guess)
+        except PlanError:  # the time is over
+            break
+        own = np.array([*known, np.inf])
+        if found.solved and (np.abs(found.objective - own) > SAME * found.objective).all():
+            again = guess_again(plan, found)
+            known[found.objective] = Start(problem, mesh, found.durations, again, found.objective)
+    return [*(known[cost] for cost in sorted(known)), straight], len(tried)
 
 
 def _best(starts, collocation, began, ways=1, swings=0):

@@ -55,12 +55,13 @@ class PlanMesh(NamedTuple):
 
 
 class Tried(NamedTuple):
-    """What was tried for a plan between poses, on a coarse mesh.
+    """What was tried for a plan, on a coarse mesh.
 
     Attributes
     ----------
     ways : int
-        Paths of the bars, that differ in the singularities they cross or in their turns.
+        Paths of the bars, that differ in the singularities they cross or in their turns; between
+        points the straight one and, of a robot with weight, those that bend to a side.
     swings : int
         Motions from both ends under little torque.
     next_best : float or None
@@ -145,7 +146,8 @@ class Plan(Animated):
         ways, swings, next_best, cut = self.tried
         notes = []
         if swings or ways > 1:
-            notes.append(f"{ways} ways and {swings} swings were tried on a coarse mesh")
+            and_swings = f" and {swings} swings" if swings else ""
+            notes.append(f"{ways} ways{and_swings} were tried on a coarse mesh")
         if next_best is not None:
             more = f"{next_best / self.objective:.3g} times this one" if self.objective else "more"
             notes.append(f"the next best motion costs {next_best:.4g}, {more}: see alternatives")
@@ -155,7 +157,7 @@ class Plan(Animated):
 
     @cached_property
     def alternatives(self) -> tuple[Plan, ...]:
-        """Other motions between the poses, the cheapest first, refined when first asked for.
+        """Other motions between the same ends, the cheapest first, refined when first asked for.
 
         They take some seconds. One that cannot be made accurate is left out.
         """

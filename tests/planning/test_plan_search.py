@@ -206,3 +206,26 @@ def test_shot_motions_have_the_derivatives_of_their_steps():
         one, other = (at_all(shooting.step, x, torques + sign * push, h)[0] for sign in (1, -1))
         slope = back @ (one - other)[0] / 2e-6
         assert slope == pytest.approx(by_torques[0, 0, :, k], abs=1e-2 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize(
+    "goal, duration, straight", [((-0.02, 0.13), 0.6, 0.0809), ((-0.03, 0.1), 0.45, None)]
+)
+def test_between_points_a_robot_with_weight_falls_to_a_side(goal, duration, straight):
+    """The plan costs no more than one through a point beside the straight line, wherever that is."""
+    lengths = dict(l11=0.08, l12=0.11, l21=0.1, l22=0.095, d=0.12)
+    masses = dict(m=0.4, zz1=0.001, zz2=0.002, mx11=0.01, mx21=0.02, gravity=(1.0, -9.0))
+    robot = fb.FiveBar(**lengths, **masses)
+    start = (0.02, 0.12)
+    plan = fb.plan(robot, start, goal, duration)
+    assert plan.tried.ways > 3 and plan.tried.swings == 0
+    t = np.linspace(0, duration, 4001)
+    tau = fb.inverse_dynamics(plan.accelerations(t))
+    assert np.trapezoid((tau**2).sum(axis=1), t) == pytest.approx(plan.objective, rel=1e-3)
+    for beside in ((0.0, 0.09), (0.0, 0.16)):
+        passed = fb.plan(robot, start, goal, duration, via=[(duration / 2, beside)])
+        assert plan.objective < 1.001 * passed.objective
+    if straight:
+        assert plan.objective < 0.5 * straight and plan.alternatives
+    flat = fb.plan(replace(robot, gravity=(0.0, 0.0)), start, goal, duration)
+    assert flat.tried.ways == 1
