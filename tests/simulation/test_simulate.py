@@ -481,3 +481,18 @@ def test_the_least_tolerance_is_one():
     assert fb.Integrator(tolerance=1e-12).tolerance == 1e-12
     with pytest.raises(ValueError, match="1e-12"):
         fb.Integrator(tolerance=0.9e-12)
+
+
+def test_without_a_reference_it_begins_at_rest_in_the_labs_home():
+    run = fb.simulate(ROBOT, duration=0.01)
+    assert not run.q.any() and not run.q_dot.any()
+    np.testing.assert_allclose(run.xi[0], (0.09, 0.06796322), atol=1e-8)
+
+
+@pytest.mark.parametrize("count, end", [(5, ", 4"), (6, ", 4 ...")])
+def test_robots_that_do_not_reach_the_start_are_numbered(count, end):
+    small = [fb.FiveBar(0.02, 0.05, 0.02, 0.05, 0.03)] * count
+    line = fb.line((0.09, 0.068), (0.0, 0.1), 0.1)
+    words = f"{count} of {count} robots do not reach .*number 0, 1, 2, 3{end}$"
+    with pytest.raises(ValueError, match=words):
+        fb.simulate_many(small, fb.ComputedTorque(small[0], 100, 20), line)
