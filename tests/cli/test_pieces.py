@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.base.errors import UsageError
 from fivebar.cli import (
     COMMANDS,
     _parser,
@@ -135,6 +136,47 @@ def test_the_largest_board_of_all_places_is_named(monkeypatch):
         map_command._board(LAB, parts[:1], None, (0.2, 0.1))
 
 
+def test_the_largest_disc_of_all_regions_is_named(monkeypatch):
+    """And the largest rectangle of its region; regions in which none keeps the clearance do not count."""
+    radii = {1: 0.01, 2: None, 3: 0.03}
+
+    def disc(region, margin):
+        assert margin == "margin"
+        if radii[region.number] is None:
+            raise ValueError("none")
+        return SimpleNamespace(radius=radii[region.number], center=(0.01 * region.number, 0.1))
+
+    def rectangle(region, margin):
+        assert margin == "margin" and region.number == 3
+        return SimpleNamespace(x_min=0.0, x_max=0.02, y_min=0.1, y_max=0.11)
+
+    monkeypatch.setattr("fivebar.constraints.disc.largest_disc", disc)
+    monkeypatch.setattr("fivebar.constraints.rectangle.largest_rectangle", rectangle)
+    regions = [SimpleNamespace(number=number) for number in radii]
+    found = map_command._largest(amoro(frame=fb.Placement((1.0, 0.0), 0.0, 2.0)), regions, "margin")
+    disc_found = found["largest_disc"]
+    assert disc_found["region"] == 3 and disc_found["radius_m"] == pytest.approx(0.06)
+    assert disc_found["center_m"] == pytest.approx([1.06, 0.2])
+    assert found["largest_rectangle"]["rectangle_m"] == pytest.approx([0.04, 0.02])
+    none = map_command._largest(LAB, regions[1:2], "margin")
+    assert none == {"largest_disc": None, "largest_rectangle": None}
+
+
+def test_an_identified_robot_is_saved_with_its_deviations(tmp_path, capsys):
+    circle = fb.circle((0.06, 0.09), 0.02, 0.5)
+    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), circle, step=2e-3)
+    run.to_csv(tmp_path / "log.csv")
+    words = ["identify", str(tmp_path / "log.csv"), "--unknown", "zz1", "zz2", "m", "--json"]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    text = (tmp_path / "out" / "robot.toml").read_text("utf-8")
+    assert "identified; SI units" in text
+    robot = fb.load_robot(tmp_path / "out" / "robot.toml")
+    for name in ("zz1", "zz2", "m"):
+        assert getattr(robot, name) == pytest.approx(told["values"][name], rel=1e-9)
+        assert getattr(robot, name) == pytest.approx(getattr(ROBOT, name), rel=1e-3)
+
+
 def test_axes_have_the_zeros_and_directions_of_the_options():
     options = {"robot": "robot.toml", "sign": None, "zero_deg": None}
     dialect = fb.Gcode()
@@ -145,6 +187,9 @@ def test_axes_have_the_zeros_and_directions_of_the_options():
     signs = draw_gcode.machine_of_axes(Namespace(**options | {"sign": (-1.0, 1.0)}), LAB, dialect)
     assert signs.ratio == (-1.0, 1.0) and signs.offset == (0.0, 0.0)
     assert draw_gcode.machine_of_axes(Namespace(**options), LAB, dialect) is LAB
+    with pytest.raises(UsageError, match="--zero-deg: robot.toml has a table readings"):
+        options |= {"zero_deg": (90.0, 0.0)}
+        draw_gcode.machine_of_axes(Namespace(**options), amoro(offset=(0.1, 0.2)), dialect)
 
 
 def test_the_modes_of_a_drawing_keep_farthest_from_singularities():
@@ -300,6 +345,11 @@ def test_marks_of_a_course_are_a_table(tmp_path, capsys):
     programs, left = look_into(folder)
     assert hand_in.student == "carla" and hand_in.paths == (folder,)
     assert hand_in.programs == tuple(programs) and hand_in.left == tuple(left) and left
+    course = tmp_path / "course"
+    for student in ("dora", "emil"):
+        (course / student).mkdir(parents=True)
+        (course / student / "control.py").write_text("", encoding="utf-8")
+    assert [each.student for each in mark._hand_ins(course)] == ["dora", "emil"]
 
 
 def test_what_a_gradebook_lacks_is_told(capsys):
@@ -404,7 +454,10 @@ def test_the_ladder_is_a_table_with_its_heading(tmp_path, monkeypatch, capsys):
 def test_a_comparison_has_null_where_there_is_no_number(monkeypatch, capsys):
     line = fb.line((0.09, 0.068), (0.08, 0.075), 0.1)
     run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), line)
-    monkeypatch.setattr("fivebar.study.control_cases.run_case", lambda name: {"ctc": run})
+    monkeypatch.setattr(
+        "fivebar.study.control_cases.run_case",
+        lambda name: {"ctc": run} if name == "task-1" else None,
+    )
     assert main(["track", "--case", "task-1", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)["controllers"]["ctc"]
     size = np.linalg.norm(run.error, axis=1)
