@@ -257,7 +257,8 @@ class _Search:
         self.widest = 1.0 if robot.turns else sum(robot.distal)
         k = np.arange(1, harmonics + 1.0)
         self.at_rest = [null_space(row[None]) for row in (k, k * k)]
-        self.t = np.linspace(0, period, SAMPLES, endpoint=False)
+        # Never at rest, where the sign of dry friction would be that of rounding.
+        self.t = (np.arange(SAMPLES) + 0.5) * period / SAMPLES
         self.costs = {}
         self.call = Buffered(_margins_and_torques(robot, assembly))
 
