@@ -254,7 +254,7 @@ def _exchanged(jacobian, n):
     for _ in range(n):
         gain = _gain(jacobian, np.linalg.inv(information))
         gain[chosen] = -1.0
-        chosen.append(int(np.argmax(gain)))
+        chosen.append(_first_of_largest(gain))
         information = information + jacobian[chosen[-1]].T @ jacobian[chosen[-1]]
     for _ in range(12):
         moved = False
@@ -264,7 +264,7 @@ def _exchanged(jacobian, n):
             gain = _gain(jacobian, np.linalg.inv(rest))
             now = gain[chosen[place]]
             gain[chosen] = -1.0
-            best = int(np.argmax(gain))
+            best = _first_of_largest(gain)
             if gain[best] > now * (1 + 1e-9):
                 information = rest + jacobian[best].T @ jacobian[best]
                 moved = True
@@ -272,6 +272,14 @@ def _exchanged(jacobian, n):
         if not moved:
             break
     return chosen
+
+
+def _first_of_largest(values):
+    """Return the first place of the largest value: which of two mirrored poses, rounding must not
+    say.
+    """
+    largest = values.max()
+    return int(np.argmax(values >= largest - 1e-9 * abs(largest)))
 
 
 def _gain(jacobian, covariance):
@@ -293,7 +301,8 @@ def _for_the_tip(jacobian, chosen):
     information = unknown.copy()
     for slopes in jacobian[chosen]:
         information += slopes.T @ slopes
-    worst = np.argsort(-_spread(jacobian, np.linalg.inv(information)))
+    spread = _spread(jacobian, np.linalg.inv(information))
+    worst = np.argsort(-np.round(spread / spread.max(), 9), kind="stable")
     judged = jacobian[np.union1d(worst[:50], np.arange(0, count, max(1, count // 150)))]
     offered = np.union1d(np.arange(0, count, max(1, count // 400)), chosen)
     least = _spread(judged, np.linalg.inv(information)).max()
@@ -313,7 +322,7 @@ def _for_the_tip(jacobian, chosen):
         gain = touched[:, ::2] + touched[:, 1::2]
         ends = (_spread(judged, covariance) - gain).max(axis=1)
         ends[np.isin(offered, chosen)] = np.inf
-        best = int(np.argmin(ends))
+        best = _first_of_largest(-ends)
         if ends[best] < least * (1 - 1e-6):
             least = ends[best]
             chosen[place] = int(offered[best])
@@ -324,7 +333,7 @@ def _for_the_tip(jacobian, chosen):
 def _tour(robot, q, modes):
     """Return an order of short moves: the best of those that always go to the nearest next."""
     n = len(q)
-    cost = np.abs(robot.joint_difference(q[:, None] - q[None])).max(axis=2)
+    cost = np.abs(robot.joint_difference(q[:, None] - q[None])).max(axis=2).round(9)
     cost = cost + 10.0 * (modes[:, None] != modes[None]).any(axis=2)  # modes change rarely
     tours = []
     for first in range(n):
