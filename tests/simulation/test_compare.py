@@ -58,7 +58,7 @@ def test_picture_shows_errors_torques_limits_and_solve_times(runs, tmp_path):
     path, before = tmp_path / "comparison.png", plt.get_fignums()
     figure = compare(runs).plot(path)
     assert path.read_bytes()[:4] == b"\x89PNG" and plt.get_fignums() == before
-    errors, left, right, times = figure.axes
+    errors, times, left, right = figure.axes
     assert "at the limit" in left.get_legend().get_texts()[2].get_text()
     assert errors.get_yscale() == "log" and len(errors.lines) == len(runs)
     for axes, motor in ((left, 0), (right, 1)):
