@@ -257,7 +257,7 @@ def test_the_constraints_of_a_file_are_kept(two_strokes, tmp_path, capsys):
     _, rows = table(tmp_path / "setpoints.csv")
     assert 0.09 < np.abs(rows[:, 5:7]).max() <= 0.1
     assert main([*drawn, "--at", "0.02", "0.09"]) == 1
-    assert "violated by 0.005 at" in capsys.readouterr().err
+    assert "violated by 0.005 m at" in capsys.readouterr().err
 
 
 @pytest.mark.deep
@@ -325,7 +325,7 @@ def test_a_path_of_two_modes_is_refused_or_crosses_type_2(tmp_path, capsys):
     options = ["--at", "0.07", "0.034", "--torque-limit", "0.02", "--out", str(tmp_path), "--json"]
     assert main(["draw", str(tmp_path / "task_2.csv"), *options]) == 1
     assert (
-        "in working modes (-1, -1) it meets Type 2 at (52.53, 4.304) mm, 73.9 mm along it (line 4)"
+        "in working modes -1 -1: it meets Type 2 at (52.53, 4.304) mm, 73.9 mm along it (line 4)"
         in (capsys.readouterr().err)
     )
     (tmp_path / "proof.json").write_text("of an earlier drawing", encoding="utf-8")

@@ -56,5 +56,6 @@ def test_a_chess_board_does_not_fit(tmp_path, capsys):
     corner, sides = np.array(board["corner_m"]), np.array(board["rectangle_m"])
     u = np.stack(np.meshgrid(np.linspace(0.001, 0.999, 30), np.linspace(0.001, 0.999, 30)), -1)
     built = fb.FiveBar(0.22, 0.22, 0.22, 0.22, 0.36)
-    part = fb.aspect(built, board["aspect"])
+    assert board["in"] == "aspect"
+    part = fb.aspect(built, board["number"])
     assert part.contains((corner + u * sides).reshape(-1, 2)).all()

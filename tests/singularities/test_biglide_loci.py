@@ -296,7 +296,7 @@ def test_on_the_command_line(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["aspects"] is None
     for wrong, words in (
         (["--l11", "0.1"], "no parameter l11 of a biglide robot; the known ones are l1, l2"),
-        (["--d", "9"], "this robot can never close: d = 9 m"),
+        (["--d", "2.9"], "this robot can never close: d = 2.9 m"),
     ):
         assert cli.main(["map", *robot, *wrong]) == 2
         assert words in capsys.readouterr().err

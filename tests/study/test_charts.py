@@ -342,7 +342,7 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
             wanted = {panel.y for panel in chart.all_panels if panel.problem == row["problem"]}
             assert wanted <= set(row)
             assert row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
-    succeeded = {row["method"] for row in rows if row["status"] == "ok"}
+    succeeded = {row["method"] for row in rows if row["status"] == "ok" or row not in made}
     assert all(method.name in succeeded for method in chart.methods if method.family == OURS)
     result = Result(chart, {"quick": True}, rows)
     caption, tables = findings.summary(result)
