@@ -131,9 +131,9 @@ def _draw_panel(axes, result, panel, styles):
                 [row["seconds_high"] for row in points],
             ]
             axes.hlines(y, *spread, color=style["color"], lw=1)
-    for (low, high), limits in zip(axes.dataLim.get_points().T, (axes.set_xlim, axes.set_ylim)):
-        if high < 1.001 * low:  # of one point, which has no width by itself
-            limits(low / 2, 2 * high)
+    low, high = axes.dataLim.get_points()
+    one = high < 1.001 * low  # point, which has no width by itself
+    axes.update_datalim([np.where(one, low / 2, low), np.where(one, 2 * high, high)])
     low, high = axes.get_xlim()
     if high > 10 * low:  # or numbers between powers of ten would run into each other
         axes.xaxis.set_minor_formatter(NullFormatter())
