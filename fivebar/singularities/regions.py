@@ -159,7 +159,9 @@ class LocusArc:
         start = self.z[:-1]
         chord = np.diff(self.z)
         away = z[:, None] - start
-        part = np.clip((away * chord.conj()).real / np.abs(chord) ** 2, 0, 1)
+        square = np.abs(chord) ** 2
+        square[square == 0] = 1.0  # two samples in one place
+        part = np.clip((away * chord.conj()).real / square, 0, 1)
         return part, np.abs(away - part * chord)
 
     def _feet(self, z, index):

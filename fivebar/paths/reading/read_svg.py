@@ -186,7 +186,8 @@ def _add(element, metres, origin, draft, passed):
         if kind == "Move" or segment.start is None or segment.end is None:
             outlines.append([])
             continue
-        outlines[-1] += [place(segment.point(t)) for t in (0.0, 0.3, 0.7, 1.0)]
+        with np.errstate(all="ignore"):  # numbers too large are refused with the curve
+            outlines[-1] += [place(segment.point(t)) for t in (0.0, 0.3, 0.7, 1.0)]
         start = place(segment.start)
         end = place(segment.end)
         if kind == "CubicBezier":
