@@ -231,10 +231,10 @@ def _straight_and_bent(problem, collocation, began):
             found, plan = search.solve(mesh, durations, guess)
         except PlanError:  # the time is over
             break
-        own = np.array([*known, np.inf])
-        if found.solved and (np.abs(found.objective - own) > SAME * found.objective).all():
+        cost = found.objective
+        if found.solved and all(abs(cost - other) > SAME * cost for other in known):
             again = guess_again(plan, found)
-            known[found.objective] = Start(problem, mesh, found.durations, again, found.objective)
+            known[cost] = Start(problem, mesh, found.durations, again, cost)
     return [*(known[cost] for cost in sorted(known)), straight], len(tried)
 
 

@@ -160,7 +160,7 @@ class LocusArc:
         chord = np.diff(self.z)
         away = z[:, None] - start
         square = np.abs(chord) ** 2
-        square[square == 0] = 1.0  # two samples in one place
+        square = np.where(square, square, 1.0)  # 0 where two samples are in one place
         part = np.clip((away * chord.conj()).real / square, 0, 1)
         return part, np.abs(away - part * chord)
 

@@ -192,6 +192,7 @@ def calibrate(
     task = fitted
     if mistakes != "keep":
         _refuse_far_misses(task, p, assembly)
+        _refuse_unchecked_lengths(task, p)
     at = place(p, task.rows.q, assembly)
     sines = np.nan_to_num(np.column_stack([at.sines, at.det]))
     other = (task.rows.modes * sines > CLEAR).any(axis=1)
@@ -331,9 +332,16 @@ def _refuse_far_misses(task, p, assembly):
             " deg mm), or has one the wrong sign? Is all unknown that is not known (offsets, the"
             " frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes this fit as it is"
         )
+
+
+def _refuse_unchecked_lengths(task, p):
+    """Refuse a length that no five-bar is built with, where no measured number checks the fit."""
+    if task.left_over > 0:
+        return
     for name in LENGTHS:
-        now, before = (1e3 * values[PLACE[name]] for values in (p, task.start))
-        if task.left_over <= 0 and abs(now - before) > CHANGED * 1e3 * task.bar:
+        now = 1e3 * p[PLACE[name]]
+        before = 1e3 * task.start[PLACE[name]]
+        if abs(now - before) > CHANGED * 1e3 * task.bar:
             raise ValueError(
                 f"{len(task.rows.numbers)} measured numbers for {len(task.free)} unknowns leave"
                 f" none over to check the fit with, and {name} would be {now:.4g} mm in place of"

@@ -76,9 +76,7 @@ def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]
     found: list[str] = []
     limit = max(SUSPECT * task.bar, 5 * task.sigma)
     p = begin(task, far=False)
-    # Where many numbers fit as they were measured, lengths far off are hardly told, not mistaken.
-    as_measured = task.left_over >= len(task.free) and median_error(task, p) < task.sigma
-    if doubt(task, p) >= limit and not as_measured:
+    if doubt(task, p) >= limit and not _fits_as_measured(task, p):
         readings = READINGS | _counts(task)
         one = {(words,): [change] for words, change in (POINTS | readings).items()}
         two: dict[tuple, list] = {}
@@ -100,6 +98,11 @@ def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]
             p = end
     rows_found, task = _wrong_modes(task, p)
     return found + rows_found, task, p
+
+
+def _fits_as_measured(task, p):
+    """Return whether many numbers fit to sigma: then lengths far off are hardly told, not wrong."""
+    return task.left_over >= len(task.free) and median_error(task, p) < task.sigma
 
 
 def _changed(task, changes):

@@ -25,7 +25,7 @@ from .indistinguishable import combination, plainest
 from .measured_robot import PLACE, seen, sizes
 
 MODES = ((-1, -1), (-1, 1), (1, -1), (1, 1))
-UNTOLD = 1e-4  # of a pose's information: what is known of each unknown before any pose
+BEFORE = 1e-4, 1e-7  # of a pose's information: what is taken as known before any pose
 SIDE = 27  # candidates along the workspace, in each working mode
 
 
@@ -248,8 +248,7 @@ def _spread(jacobian, covariance):
 
 def _exchanged(jacobian, n):
     """Return n candidates of the greatest det of the information, by greedy steps and exchanges."""
-    k = jacobian.shape[2]
-    information = UNTOLD * np.mean(jacobian**2) * np.eye(k)
+    information = _before(jacobian, BEFORE[0])
     chosen = []
     for _ in range(n):
         gain = _gain(jacobian, np.linalg.inv(information))
@@ -272,6 +271,11 @@ def _exchanged(jacobian, n):
         if not moved:
             break
     return chosen
+
+
+def _before(jacobian, share):
+    """Return a share of a mean pose's information on each unknown, so that no sum is singular."""
+    return share * np.mean(jacobian**2) * np.eye(jacobian.shape[2])
 
 
 def _first_of_largest(values):
@@ -297,8 +301,8 @@ def _for_the_tip(jacobian, chosen):
     count = len(jacobian)
     k = jacobian.shape[2]
     chosen = list(chosen)
-    unknown = 1e-3 * UNTOLD * np.mean(jacobian**2) * np.eye(k)
-    information = unknown.copy()
+    before = _before(jacobian, BEFORE[1])
+    information = before.copy()
     for slopes in jacobian[chosen]:
         information += slopes.T @ slopes
     spread = _spread(jacobian, np.linalg.inv(information))
@@ -312,7 +316,7 @@ def _for_the_tip(jacobian, chosen):
     for place in [*range(len(chosen))] * rounds:
         own = jacobian[chosen[place]]
         rest = information - own.T @ own
-        covariance = np.linalg.inv(rest + unknown)
+        covariance = np.linalg.inv(rest + before)
         # Candidate j lowers the error at pose w by |L^-1 J_j C J_w'|^2, L L' = I + J_j C J_j'.
         across = candidates_ @ covariance
         gram = np.eye(2) + across @ candidates_.transpose(0, 2, 1)

@@ -26,7 +26,7 @@ from .search import Found, Search
 
 SHARE = 0.01  # of the clearance, or of the scale: so near the bound is to come,
 LEAST = 1e-3  # of a clearance to this share of the paths' size
-CELLS = 60_000
+CELLS = 60_000  # that are looked at after the first ones, at most
 SIDE = 16  # cells on a side of the grid of shifts at first
 TURNS = 12  # in a full turn at first
 SCALES = 8  # at first, of scales that are not given,
