@@ -18,7 +18,7 @@ from ..models.compiled import Buffered, compiled
 from ..models.loaded_robot import JointTorques
 from ..models.parameters import column_names, count_of, names_of, parameters_of, with_parameters
 from ..models.robots import Robot, nearest_equivalent_angle
-from .plant import refuse_losses
+from .fixed_plant import refuse_losses
 from .run import Control, Run
 from .settings import Measurement
 from .simulate import Grid, run_of

@@ -20,8 +20,9 @@ from ..models.loaded_robot import LoadedRobot, refuse_numbers, robot_and_torques
 from ..models.parameters import names_of, parameters_of
 from ..models.robots import Robot
 from .events import may_cross
+from .fixed_plant import refuse_sticking
 from .loops import ClosedLoops, LoopModel, a_built_in_controller, one_law
-from .plant import check_start, refuse_sticking
+from .plant import check_start
 from .run import Run
 from .settings import Integrator, Measurement
 from .simulate import Grid, begin_of

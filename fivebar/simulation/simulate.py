@@ -23,7 +23,8 @@ from ..models.loads import lost_power
 from ..models.motors import torque_bounds
 from ..models.robots import Robot
 from .events import crossings
-from .plant import FixedPlant, Plant, lost_in_steps
+from .fixed_plant import FixedPlant, lost_in_steps
+from .plant import Plant
 from .run import Control, Run, has_friction, torque_limits
 from .settings import Integrator, Measurement
 from .steps import ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI, Q, motion_of

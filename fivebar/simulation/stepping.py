@@ -15,8 +15,8 @@ from ..control.laws import PD, ComputedTorque
 from ..models.arrays import array_function
 from ..models.compiled import with_symbols_of
 from ..models.robots import Robot
+from .fixed_plant import refuse_sticking
 from .loops import a_built_in_controller, law_of
-from .plant import refuse_sticking
 from .steps import runge_kutta, slope_and_closing
 
 

@@ -7,7 +7,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.models.charts import CHARTS
-from fivebar.simulation.plant import Plant, refuse_losses
+from fivebar.simulation.fixed_plant import refuse_losses
+from fivebar.simulation.plant import Plant
 from fivebar.simulation.simulate import Grid
 from fivebar.simulation.steps import COLUMNS, ENERGY, MARGIN_RATES, MARGINS, Q_DOT, XI, between
 from fivebar.simulation.stick_slip import _powers
