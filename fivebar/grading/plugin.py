@@ -97,7 +97,6 @@ class Checks:
         self.killed: Any = None
         self.bar = None  # of who watches
         self._hopeless: dict = {}
-        self._known: dict = {}  # of all checks; the latter: diagnoses by function
         self._helpers: dict | None = None  # wrong ones
         self.verdicts: dict = {}  # function -> place in `found` -> Verdict
         self.asks: list[Ask] = []
@@ -126,7 +125,7 @@ class Checks:
     @pytest.fixture
     def ask(self, request: pytest.FixtureRequest) -> Ask:
         lab, order = Lab(request.path.parent), self._drawn("order", request.node)
-        ask = Ask(self.program, lab, self._hopeless, order, self._known)
+        ask = Ask(self.program, lab, self._hopeless, order)
         request.node.stash[_ASK] = ask
         self.asks.append(ask)
         return ask

@@ -151,9 +151,9 @@ def checks() -> dict[str, Callable]:
 def _oscillating(name):
     @pytest.mark.points(1)
     def test(ask, robot, draw):
-        acc, probe = oscillation(robot), columns_of(name, motions(robot, draw, 16))
+        acc = oscillation(robot)
         threshold = THRESHOLD, evaluated(acc, name)
-        ask(name, *columns_of(name, acc), tolerance=TOLERANCE, threshold=threshold, probe=probe)
+        ask(name, *columns_of(name, acc), tolerance=TOLERANCE, threshold=threshold)
 
     test.__doc__ = f"{name}: along the lab's oscillation"
     return test
@@ -163,7 +163,7 @@ def _all_over(name):
     @pytest.mark.points(1)
     def test(ask, robot, draw):
         rows = columns_of(name, motions(robot, draw, 16))
-        ask(name, *rows, tolerance=TOLERANCE, probe=rows)
+        ask(name, *rows, tolerance=TOLERANCE)
 
     test.__doc__ = f"{name}: regular poses of all modes"
     return test

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ...models.robots import Robot
 from ..exercise import Exercise, Misconception
 from .judge import TOLERANCE, Verdict, came_text, judge
-from .questions import AskedRows, Questions, rows_from, rows_of, with_answers
+from .questions import AskedRows, Questions, rows_from, rows_of
 
 
 class Wrong(AssertionError):
@@ -56,14 +56,12 @@ class Ask(Questions):
         refuse: np.ndarray | None = None,
         limit: float | None = None,
         threshold: tuple[float, Callable] | None = None,
-        probe: tuple[ArrayLike, ...] | None = None,
     ) -> None:
         """Ask the student's function `name` for every row of the columns, (n,) each, and judge it
         by the exercise.
 
         robot: another than the student's; its numbers are set where the student's file names them.
-        tolerance, refuse, threshold: of `judge`. probe: columns of other rows, asked where
-        something is wrong: what explains those, too, is named. limit: seconds for one call.
+        tolerance, refuse, threshold: of `judge`. limit: seconds for one call.
         Raises Wrong unless all is right.
         """
         __tracebackhide__ = True
@@ -92,14 +90,7 @@ class Ask(Questions):
         rows = rows_of(exercise, best_robot, columns, tolerance, refuse, wanted)
         good = rows.good if best.answers is None else best.answers.good
         self.rows_asked.append(replace(rows, good=good))
-        unsettled = self.deep and best.reason in ("value", "nan", "exception")
-        if probe is not None and unsettled:
-            if name not in self._known:
-                self._known[name] = self._probed(
-                    exercise, probe, tolerance, limit, best.reason != "value"
-                )
-            best = replace(best, diagnosis=self._known[name] or best.diagnosis)
-        if unsettled:
+        if self.deep and best.reason in ("value", "nan", "exception"):
             best = self._settled(best, replace(rows, robot=robot), replies, limit)
         self._keep(Asked(best, name, exercise, robot))
 
@@ -109,21 +100,6 @@ class Ask(Questions):
         self.record.append(
             replace(last, verdict=replace(last.verdict, remarks=(*last.verdict.remarks, text)))
         )
-
-    def _probed(self, exercise, columns, tolerance, limit, silent):
-        """Return the diagnosis of other rows, and of other numbers where the file lets them be set.
-
-        With m = 0.5 the factors 2 and 1/m are the same, and at home both working modes are; where
-        no number came, longer bars may give one.
-        """
-        known = [(robot, {}) for robot in dict.fromkeys((self._robot, *self._also))]
-        for robot, constants in (self.with_others(silent), *known):
-            kept = with_answers(exercise, robot, columns)
-            replies = self._replies(exercise.name, rows_from(kept), constants, limit)
-            found = judge(exercise, robot, kept, replies, tolerance).diagnosis
-            if found is not None:
-                return found
-        return None
 
     def call(self, name: str, *row: float, limit: float | None = None) -> Any:
         """Return the value that one call gives, arrays and floats as they came; Wrong where it

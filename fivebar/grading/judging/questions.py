@@ -65,18 +65,12 @@ class AskedRows:
 
 
 class Questions:
-    """A student's program, the lab that asks it, and what is known of it from earlier questions."""
+    """A student's program, the lab that asks it, and which functions cost too many workers."""
 
     def __init__(
-        self,
-        program: Program,
-        lab: Lab,
-        hopeless: dict[str, Reply],
-        order: np.random.Generator,
-        known: dict | None = None,
+        self, program: Program, lab: Lab, hopeless: dict[str, Reply], order: np.random.Generator
     ):
         self._program, self._hopeless, self._order = program, hopeless, order
-        self._known = {} if known is None else known
         self._exercises, self._robot, self._standard = (
             lab.exercises(),
             program.robot_in(lab),
