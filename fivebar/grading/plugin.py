@@ -161,13 +161,13 @@ class Checks:
             judged = {name: rows for name, rows in ask.rows.items() if name in doubtful}
             wrong = first.mistakes(judged) if after > before.share else {}
             used = any(rows for _, rows in judged.values())
-            wrong |= {name: "" for name in paid if wrong or not used}
+            wrong |= {name: helpers[name].verdict.mistake for name in paid if wrong or not used}
             if after > before.share and wrong:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))
                 error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
             elif after > before.share or before.diagnosis is None and _diagnosis(left):
-                error = self._told(item, error, doubtful or called, left)
+                error = self._told(item, error, dict.fromkeys(doubtful or called), left)
         guilty, share = [], before.share if error is not None else 1.0
         for name, helper in helpers.items():
             if name in paid or share == 1:
@@ -179,7 +179,8 @@ class Checks:
                 given[name] = helper.exercise
         if guilty:
             self._payers |= dict.fromkeys(guilty, payer)
-            error = self._told(item, error, guilty, last)
+            known = {name: helpers[name].verdict.diagnosis for name in guilty}
+            error = self._told(item, error, known, last)
         if error is not None:
             raise error from None
 
@@ -228,12 +229,18 @@ class Checks:
         return ask, share, left
 
     def _told(self, item, error, wrong, left):
-        """Return the error of a function that pays for wrong ones that it calls."""
+        """Return the error of a function that pays for wrong ones that it calls, each with the
+        mistake in it that is known.
+        """
         if not isinstance(error, Wrong):
             return error
         last = _diagnosis(left)
         names = " and ".join(wrong)
-        verdict = replace(error.verdict, diagnosis=consistent(names))
+        found = consistent(names)
+        for name, mistake in wrong.items():
+            if mistake is not None:  # its model gives what the helper gives
+                found = replace(mistake, name=f"{mistake.name}, in your {name}", model=None)
+        verdict = replace(error.verdict, diagnosis=found)
         if last is not None:
             found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
             # The mistake gives these answers, not those with the wrong functions.

@@ -172,6 +172,19 @@ def test_a_wrong_helper_is_paid_for_by_the_first_function_that_it_spoils(
 
 
 @pytest.mark.deep
+def test_a_wrong_helper_is_called_by_the_mistake_that_it_holds(tmp_path):
+    changes = (
+        ("l * (u12.T @ v11)", "l * (u12.T @ get_u11(q11))"),
+        ("l * (u22.T @ v21)", "l * (u22.T @ get_u21(q21))"),
+    )
+    found = report("amoro", "amoro_blocks", tmp_path, *changes)
+    name = "u instead of v for the proximal bar in B"
+    assert {told for _, _, told in said(found)} == {f"{name}, in your compute_A_B"}
+    told = {c.function for c in found.checks for remark in c.remarks if f"wrong ({name})" in remark}
+    assert told == {"ikm", "dkm2", "ikm2", "dynamic_model"} and found.points == 18
+
+
+@pytest.mark.deep
 def test_a_wrong_matrix_of_poses_and_rates_is_compared_with_A_too(tmp_path):
     rates = "q11, q12, q21, q22, q11D, q12D, q21D, q22D"
     added = f"""def drag({rates}):

@@ -69,6 +69,11 @@ class Verdict:
     varies: bool = False
     answers: Answers | None = field(default=None, repr=False)
 
+    @property
+    def mistake(self) -> str:
+        """What the mistake is called, "" where none is known."""
+        return self.diagnosis.name if self.diagnosis else ""
+
 
 def judge(
     exercise: Exercise,

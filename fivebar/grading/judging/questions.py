@@ -172,11 +172,7 @@ class Questions:
             found[name] = self._judged_by_calls(self._exercises[name], *rows[name])
         wrong = {name: verdict for name, verdict in found.items() if verdict.share < 1}
         kept = all(map(modelled, wrong.values()))
-        return (
-            {name: v.diagnosis.name if v.diagnosis else "" for name, v in wrong.items()}
-            if kept
-            else {}
-        )
+        return {name: verdict.mistake for name, verdict in wrong.items()} if kept else {}
 
     def _judged_by_calls(self, exercise, robot, rows):
         """Return the verdict on a function of lists; its wrong answers are a model if they change

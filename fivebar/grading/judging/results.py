@@ -73,7 +73,6 @@ def checked(
         )
     v, asked = error.verdict, record[-1]
     earned = min(round(points * v.share, 2), points)
-    named = (v.diagnosis.name, v.diagnosis.hint) if v.diagnosis else ("", "")
     figure = ""
     if v.sample and asked.robot and asked.exercise:
         figure = pose_figure(asked.robot, asked.exercise, v.sample)
@@ -92,7 +91,8 @@ def checked(
         v.asked,
         v.came,
         v.off,
-        *named,
+        v.mistake,
+        v.diagnosis.hint if v.diagnosis else "",
         v.line,
         v.source,
         f"line {v.line}" if v.line else "",
