@@ -64,7 +64,8 @@ class Physics:
 
     @cached_property
     def sticks(self) -> bool:
-        return any_named(self.coulomb)
+        """Whether friction holds a drive that stands, as smoothed friction does not."""
+        return any_named(self.coulomb) and not named(self.smoothing)
 
 
 @dataclass(frozen=True)

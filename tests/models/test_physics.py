@@ -250,6 +250,16 @@ def test_smoothed_friction_differs_by_half_the_square_of_the_rates_ratio():
     np.testing.assert_allclose(less, 0.5 * (0.05 / np.array([2.0, 1.0])) ** 2, rtol=1e-2)
 
 
+@pytest.mark.parametrize("rate", [0.0, 0.01, -3.0])
+def test_smoothed_friction_is_smooth_in_forward_dynamics_of_numbers_too(rate):
+    """Under their inverse dynamics drives move as they did: a drive that is slow or stands is not held."""
+    soft = smoothed(fb.FiveBar(fs1=0.2, fs2=0.1, gravity=(0.0, -9.81)), 0.05)
+    rates = fb.dkm(fb.dgm(soft, (0.2, 0.4)), (rate, 1.0))
+    moving = fb.dkm2(rates, (2.0, -3.0))
+    found = fb.forward_dynamics(rates, fb.inverse_dynamics(moving))
+    np.testing.assert_allclose(found.q_ddot, moving.q_ddot, rtol=1e-10)
+
+
 def test_bar_forces_carry_the_end_effector_and_turn_the_cranks():
     """A^T lambda = m (xi'' - g) and Z q'' + B lambda = tau - friction, for random motions upright."""
     robot, draw = fb.FiveBar(gravity=(0.7, -9.81), fv1=0.01, fv2=0.02), np.random.default_rng(4)

@@ -117,6 +117,23 @@ def test_between_poses_under_gravity():
 
 
 @pytest.mark.deep
+def test_between_poses_with_dry_friction():
+    """Both motors reverse, and the mesh gets accurate there too."""
+    robot = fb.FiveBar(
+        0.08, 0.11, 0.1, 0.095, 0.12, zz1=0.001, zz2=0.002, m=0.4, mx11=0.01, mx21=0.02,
+        fs1=0.0087, fs2=0.0087, gravity=(1.0, -9.0),
+    )  # fmt: skip
+    start = fb.igm(robot, (-0.0656, -0.1399), (-1, -1))
+    goal = fb.igm(robot, (-0.0382, -0.1206), (1, -1))
+    plan = fb.plan(robot, start, goal, 0.59)
+    rates = plan.joints(np.linspace(0, 0.59, 100)[1:-1])[1]
+    assert (rates.min(axis=0) < -0.1).all() and (rates.max(axis=0) > 0.1).all()
+    assert plan.error <= 1e-3
+    run = fb.simulate(robot, fb.FeedForward(robot, 5.0, 0.3), plan, control_period=0.001)
+    assert np.abs(run.error).max() < 1e-3
+
+
+@pytest.mark.deep
 def test_a_vertical_robot_of_cad_numbers_is_planned_through_type_2():
     plan = fb.plan(IRI, (0.1, 0.2), (0.0, -0.25), 0.8, collocation=fb.Collocation(max_time=120.0))
     assert fb.check_path(IRI, plan).type == fb.Singularity.PARALLEL
