@@ -54,38 +54,37 @@ def add_parsers(commands: _SubParsersAction) -> None:
     parser.set_defaults(run=_calibrate)
 
 
-def _measure_photo(arguments, machine):
+def _sheet(arguments, machine):
+    """Return the test drawing and the folder of its files."""
+    from ..estimation.calibration.sheet import sheet
+
+    if arguments.data is not None:
+        raise UsageError("--from-drawing is of a test drawing: it goes without measured data")
+    with usage_errors(ValueError):
+        drawn = sheet(machine, arguments.from_drawing, arguments.working)
+    return drawn, Path(arguments.out or "fivebar-sheet")
+
+
+def _measure_photo(arguments, drawn, folder):
     """Write the crosses of a photograph as measured data, to be calibrated with."""
     from matplotlib.image import imread
 
     from ..estimation.calibration.calibrate import DEFAULT
     from ..estimation.calibration.photo import crosses_in
-    from ..estimation.calibration.sheet import sheet
 
-    paper = arguments.from_drawing
-    if paper is None or arguments.data is not None:
-        raise UsageError("--photo goes with --from-drawing A4 or A5, and without measured data")
     size = None if arguments.sides is None else 1e-3 * np.array(arguments.sides)
     with usage_errors(ValueError, OSError):
-        drawn = sheet(machine, paper, arguments.working)
-        points = crosses_in(imread(arguments.photo), drawn, paper, size)
-    folder = Path(arguments.out or "fivebar-sheet")
+        points = crosses_in(imread(arguments.photo), drawn, arguments.from_drawing, size)
     with locked_folder(folder):
         drawn.points_to_csv(folder / "crosses.csv", points)
     arguments.data = str(folder / "crosses.csv")
     arguments.unknown = arguments.unknown or [*DEFAULT, "x0", "y0", "turn"]
 
 
-def _write_sheet(arguments, machine):
+def _write_sheet(arguments, drawn, folder):
     """Write the test drawing and the table for the ruler, and say what to do with them."""
-    from ..estimation.calibration.sheet import sheet
     from ..paths.placing.fitting_in import bounds
 
-    if arguments.data is not None:
-        raise UsageError("--from-drawing writes a drawing: it goes without measured data")
-    with usage_errors(ValueError):
-        drawn = sheet(machine, arguments.from_drawing, arguments.working)
-    folder = Path(arguments.out or "fivebar-sheet")
     drawing, table = folder / "sheet.csv", folder / "distances.csv"
     with locked_folder(folder):
         drawn.drawing_to_csv(drawing)
@@ -113,11 +112,13 @@ def _calibrate(arguments):
     robot = machine.robot
     if arguments.sides is not None and arguments.photo is None:
         raise UsageError("--sides are of a sheet on a photograph: give --photo PICTURE")
-    if arguments.photo is not None:
-        _measure_photo(arguments, machine)
-    elif arguments.from_drawing is not None:
-        _write_sheet(arguments, machine)
-        return
+    if arguments.from_drawing is not None:
+        drawn, folder = _sheet(arguments, machine)
+        if arguments.photo is None:
+            return _write_sheet(arguments, drawn, folder)
+        _measure_photo(arguments, drawn, folder)
+    elif arguments.photo is not None:
+        raise UsageError("--photo is of a test drawing: give --from-drawing A4 or A5, too")
     if arguments.data is None:
         raise UsageError("calibrate needs a file of measured data, or --from-drawing A5")
     if not Path(arguments.data).exists():
@@ -159,15 +160,15 @@ def _calibrate(arguments):
     else:
         print(text)
     if folder := arguments.out:
-        names = "calibration.png", "calibration.json", "calibration.txt", "robot.toml"
-        files = [folder / name for name in names]
+        picture, table, words = (folder / f"calibration.{end}" for end in ("png", "json", "txt"))
+        files = [picture, table, words, folder / "robot.toml"]
         with locked_folder(folder):
-            result.plot(files[0])
-            result.to_json(files[1])
-            with written(files[2]) as file:
+            result.plot(picture)
+            result.to_json(table)
+            with written(words) as file:
                 file.write(text + "\n")
             calibrated = replace(result.machine, constraints=machine.constraints)
-            calibrated.save(files[3], result.sd, ("calibrated; SI units",))
+            calibrated.save(files[-1], result.sd, ("calibrated; SI units",))
         print(*files, sep="\n", file=sys.stderr if arguments.json else sys.stdout)
 
 

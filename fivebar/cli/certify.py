@@ -9,17 +9,8 @@ import math
 from argparse import _SubParsersAction
 
 from ..base.errors import UsageError
-from .options import (
-    TABLE,
-    WORKING,
-    add_options,
-    number,
-    print_json,
-    print_notes,
-    print_table,
-    usage_errors,
-)
-from .robot_options import add_robot_options, chosen_machine
+from .options import TABLE, WORKING, add_options, number, print_json, print_notes, usage_errors
+from .robot_options import add_robot_options, chosen_machine, print_frames
 
 OPTIONS = TABLE | {
     "--check PROOF.json": "check a proof instead, with mpmath alone",
@@ -82,7 +73,7 @@ def _certify(arguments):
             }
         )
     else:
-        print_table(arguments.frame_row)
+        print_frames(arguments, machine)
         _print(proof)
     if not proof.proved:
         raise ValueError(f"not proved: {_claim(proof.claim)}")
@@ -91,9 +82,13 @@ def _certify(arguments):
         print(arguments.out)
 
 
+def _print_proved(claim):
+    print(f"proved on {len(claim['pieces'])} pieces: {_claim(claim)}")
+
+
 def _print(proof):
     if proof.proved:
-        print(f"proved on {len(proof.claim['pieces'])} pieces: {_claim(proof.claim)}")
+        _print_proved(proof.claim)
     for stretch in proof.unproved:
         verdict = "not proved"
         if stretch.false:
@@ -122,8 +117,7 @@ def _check(file):
         raise UsageError(f"there is no file {file}")
     if reason := check(file, lambda pieces: progress(pieces, desc="check", delay=2)):
         raise ValueError(f"{file}: refused: {reason}")
-    claim = json.loads(file.read_text(encoding="utf-8"))
-    print(f"proved on {len(claim['pieces'])} pieces: {_claim(claim)}")
+    _print_proved(json.loads(file.read_text(encoding="utf-8")))
 
 
 def _tolerances(words):

@@ -8,6 +8,7 @@ from contextlib import nullcontext
 
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
+from ..base.representation import aligned
 from .options import JSON, add_options, check_ending, named_values, print_json
 from .robot_options import add_robot_options, chosen_machine
 from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of
@@ -102,11 +103,9 @@ def _show(arguments, result):
 
 
 def _print_front(designs):
-    columns = [*designs[0].parameters, *designs[0].values]
-    widths = [max(10, len(name) + 1) for name in columns]
-    print("".join(f"{name:>{w}}" for name, w in zip(columns, widths)) + "  active constraints")
+    lines = [[*designs[0].parameters, *designs[0].values, "active constraints"]]
     for design in designs:
         numbers = (*design.parameters.values(), *design.values.values())
-        cells = (f"{number:{width}.4g}" for number, width in zip(numbers, widths))
         active = "; ".join(sentence.partition(" is ")[0] for sentence in design.binding)
-        print("".join(cells) + f"  {active or 'nothing'}")
+        lines.append([*(f"{number:.4g}" for number in numbers), active or "nothing"])
+    print(*aligned(lines, 0), sep="\n")

@@ -29,7 +29,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, in_robot_frame
+from .robot_options import add_robot_options, chosen_machine, peak_row, print_frames
 
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
@@ -166,8 +166,8 @@ def _draw(arguments):
     if arguments.json:
         print_json({**figures, "notes": list(path.notes), "files": files})
         return
+    print_frames(arguments, machine, *(file for file in files if file.name == "run.csv"))
     _print(arguments, machine, figures)
-    print_table(in_robot_frame(machine, *(file for file in files if file.name == "run.csv")))
     print_files(files)
 
 
@@ -179,23 +179,20 @@ def _simulated(arguments, machine, motion, drives, resolution):
     """Return what the simulated robot draws, and its file."""
     from ..control.matched import matched, peak_acceleration, period_for
     from ..models.geometry import igm
-    from ..models.kinematics import ikm
     from ..simulation.comparison import peak_name
     from ..simulation.settings import Measurement
     from ..simulation.simulate import simulate
 
-    robot, working = machine.robot, motion.working
+    robot = machine.robot
     with usage_errors(ValueError):
         measurement = Measurement(arguments.delay, resolution)
-    start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
+    assembly = int(igm(robot, motion(0.0)[0], motion.working).assembly)
     peak = peak_acceleration(motion, 0.0, motion.duration)
     period = period_for(robot, peak) if arguments.period is None else arguments.period
-    assembly = int(start.pose.assembly)
     run = simulate(
         robot,
         matched(robot, peak, period, drives, assembly, arguments.delay, resolution),
         motion,
-        start=start,
         control_period=period,
         step=period / max(1, round(period / STEP)),
         torque_limit=drives.motors or (drives.torque and drives.torque[0]),
@@ -210,13 +207,6 @@ def _simulated(arguments, machine, motion, drives, resolution):
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
     }
     size = np.ptp(run.drawn_ref[down], axis=0).max()
-    if figures["max_error_m"] > LARGE_ERROR * size:
-        print(
-            f"fivebar: the simulated robot leaves its drawing by {1e3 * figures['max_error_m']:.3g}"
-            " mm: the motion is too fast for its tracker: give a --duration, a larger --reserve or"
-            " a shorter --period",
-            file=sys.stderr,
-        )
     _say_leaps(machine, motion, run, off * down, size)
     file = arguments.out / "run.csv"
     with locked_folder(arguments.out):
@@ -225,7 +215,7 @@ def _simulated(arguments, machine, motion, drives, resolution):
 
 
 def _say_leaps(machine, motion, run, off, size):
-    """Say where the simulated error or torque (force) is far above that of the whole motion."""
+    """Say where the simulated error is large, or the torque (force) far above what is needed."""
     from ..visualization.style import length
 
     words = machine.robot.words
@@ -234,18 +224,18 @@ def _say_leaps(machine, motion, run, off, size):
     efforts = np.abs(run.tau).max(axis=1)
     error, effort = float(off.max()), float(efforts.max())
     leaps = []
-    if error > max(LEAP * usual, LARGE_ERROR / LEAP * size):
+    if error > min(LARGE_ERROR * size, max(LEAP * usual, LARGE_ERROR / LEAP * size)):
         ratio = f"{error / usual:.3g} times its median"
-        leaps.append((f"error leaps to {length(error)}", off, ratio))
+        leaps.append((f"error is up to {length(error)}", off, ratio))
     if effort > TWICE * needed:
         ratio = f"{effort / needed:.3g} times what the motion needs"
-        leaps.append((f"{words.effort} leaps to {effort:.3g} {words.effort_unit}", efforts, ratio))
+        leaps.append((f"{words.effort} is up to {effort:.3g} {words.effort_unit}", efforts, ratio))
     for what, values, ratio in leaps:
         place = _place(machine, run.drawn_ref[values.argmax()])
         print(
-            f"fivebar: the simulated {what} at {place}, {ratio}: the robot is near a"
-            " singularity there or its tracker too slow: give a larger --margin, another place, a"
-            " --duration or a shorter --period",
+            f"fivebar: the simulated {what}, at {place}, {ratio}: the robot is near a singularity"
+            " there or too fast for its tracker: give a larger --margin or --reserve, another"
+            " place, a --duration or a shorter --period",
             file=sys.stderr,
         )
 
@@ -310,7 +300,9 @@ def _timed(arguments, machine, path, working):
         share = 1 - arguments.reserve
         least = min(constraints.torque)  # the tracker has one for both motors
         drives = replace(drives, torque=least)
-        motors = drives.motors and [_weaker(motor, share) for motor in drives.motors]
+        motors = drives.motors and [
+            replace(motor, efficiency=share * motor.efficiency) for motor in drives.motors
+        ]
         constraints = replace(constraints, torque=least * share, motors=motors)
     duration = arguments.duration
     with warnings.catch_warnings():
@@ -322,12 +314,6 @@ def _timed(arguments, machine, path, working):
             raise ValueError(f"{words}. Nothing is written without --accept-slow")
         print(f"fivebar: {words}", file=sys.stderr)
     return motion, drives
-
-
-def _weaker(motor, share):
-    """Return the motor with a share of its torque."""
-    torque = motor.largest_torque and motor.largest_torque * share
-    return replace(motor, stall_torque=motor.stall_torque * share, largest_torque=torque)
 
 
 def _checked(arguments, machine, path, working):
@@ -426,10 +412,8 @@ def _picture(arguments, machine, motion, drawn, page):
 
 
 def _print(arguments, machine, figures):
-    from ..simulation.comparison import peak_name
     from ..visualization.style import length
 
-    words = machine.robot.words
     x, y = (1e3 * value for value in figures["middle"])
     least = figures["lower_bound_s"]
     if arguments.duration is None:
@@ -438,7 +422,6 @@ def _print(arguments, machine, figures):
         near = f", as asked for; the least is {least:.4g} s" if least else ", as asked for"
     drawn = 1e3 * figures["drawn_m"]
     rows = [
-        *arguments.frame_row,
         ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
         ("middle of it", f"({x:.4g}, {y:.4g}) mm"),
         *page_row(figures["page"]),
@@ -453,12 +436,10 @@ def _print(arguments, machine, figures):
         rows.append(("of backlash", f"up to {length(figures['backlash_error_m'])} more"))
     if "period_s" in figures:
         peak = figures["peak_acceleration"]
-        left, right = figures[peak_name(machine.robot)]
-        torques = f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"
         rows.append(
             ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²")
         )
-        rows.append((f"peak {words.effort}", torques))
+        rows.append(peak_row(machine.robot, figures))
     if "lines" in figures:
         lines = f"{figures['lines']} lines, at most {figures['lines_per_s']:.4g} a second"
         rows.append(("G-code", lines))

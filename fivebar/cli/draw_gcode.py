@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
-from .options import usage_errors, used_options
+from .options import option_of, usage_errors, used_options
 
 GCODE = {
     "--format csv|gcode": ("csv", "what is written: set-points, or joint-space G-code"),
@@ -60,8 +60,7 @@ def dialect_of(arguments):
     used = used_options(arguments, *ONLY_GCODE)
     if arguments.format != "gcode":
         if used:
-            option = next(iter(used)).replace("_", "-")
-            raise UsageError(f"--{option} goes with --format gcode")
+            raise UsageError(f"{option_of(next(iter(used)))} goes with --format gcode")
         return None
     if "steps_per_turn" in used and "mm_per_turn" in used:
         raise UsageError("--steps-per-turn and --mm-per-turn: the axes are in steps or in mm")
@@ -83,8 +82,8 @@ def machine_of_axes(arguments, machine, dialect):
     if dialect is None or not used:
         return machine
     if machine.reads_otherwise:
-        option = next(iter(used)).replace("_", "-")
-        raise UsageError(f"--{option}: {arguments.robot} has a table readings, which says it")
+        option = option_of(next(iter(used)))
+        raise UsageError(f"{option}: {arguments.robot} has a table readings, which says it")
     zeros = np.deg2rad(used.get("zero_deg", (0.0, 0.0))).tolist()
     return replace(machine, ratio=tuple(used.get("sign", (1.0, 1.0))), offset=tuple(zeros))
 

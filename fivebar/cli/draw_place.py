@@ -10,7 +10,7 @@ import numpy as np
 from ..base.checks import positive
 from ..base.errors import UnreachableError, UsageError
 from ..base.representation import working_words
-from .options import WORKING, print_notes, usage_errors
+from .options import WORKING, option_of, print_notes, usage_errors
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 MARGIN = 0.005  # m, from singularities
@@ -44,7 +44,7 @@ def placed(arguments, machine, path):
 
     for option, (effect, others) in CHOOSE.items():
         if getattr(arguments, option) and any(getattr(arguments, other) for other in others):
-            first, *names = (f"--{each}".replace("_", "-") for each in (option, *others))
+            first, *names = map(option_of, (option, *others))
             raise UsageError(f"{first} {effect}: it goes without {' and '.join(names)}")
     robot = machine.robot
     turn = np.deg2rad(arguments.turn_deg)
@@ -118,10 +118,8 @@ def says_other_modes(arguments, machine, motion):
         return None
     t = np.linspace(0.0, motion.duration, SAMPLES)
     assembly = motion.accelerations(t).rates.pose.assembly
-    others = []
-    for sign in (-1, 1):
-        if sign in assembly and not machine.is_measured(motion.working, sign):
-            others.append(sign)
+    modes = np.unique(assembly[assembly != 0]).tolist()
+    others = [sign for sign in modes if not machine.is_measured(motion.working, sign)]
     for sign in others:
         words = (
             f"it was calibrated in {machine.measured_words}; this drawing is in"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..base.errors import UsageError
 from .grade_folder import grade_folders, hand_out, isolation
-from .options import add_options
+from .options import add_options, usage_errors
 
 SECRET = "FIVEBAR_SECRET"
 
@@ -265,15 +265,8 @@ def _limit(arguments):
 def _write(path, text):
     from ..grading.report.outputs import write_whole
 
-    try:
+    with usage_errors(OSError):
         write_whole(path, text)
-    except (
-        FileNotFoundError,
-        IsADirectoryError,
-        NotADirectoryError,
-        PermissionError,
-    ) as error:  # not a full disk
-        raise UsageError(f"{path}: {error.strerror}") from None
 
 
 def _must_reach(arguments, reports):

@@ -1,10 +1,10 @@
 """`fivebar grade` for folders of submissions, and what is handed out before."""
 
 import codecs
-import json
 import sys
 
 from ..base.errors import UsageError
+from .options import print_json
 
 
 def isolation(isolate):
@@ -51,7 +51,7 @@ def grade_folders(arguments, lab, secret, seed, limit, hints_from):
     _print_course(course, filled)
     reports = course.reports()
     if arguments.json:
-        print(json.dumps([report.as_json() for report in reports], indent=1))
+        print_json([report.as_json() for report in reports])
     else:
         print(course.words())
     faults = dict.fromkeys(fault for report in reports for fault in report.faults)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
-from .options import TABLE, add_options, print_json, used_options
+from .options import TABLE, add_options, option_of, print_json, used_options
 from .robot_options import add_robot_options, chosen_machine
 
 GAUGES = {
@@ -35,7 +35,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
     words = "columns t, q1, q2, tau1, tau2, perhaps q1_dot, ..."
     parser.add_argument("logs", nargs="+", metavar="LOG.csv", help=words)
     add_options(parser, OPTIONS)
-    gauges = {f"--{n.replace('_', '-')} NUMBER ...": words for n, words in GAUGES.items()}
+    gauges = {f"{option_of(name)} NUMBER ...": words for name, words in GAUGES.items()}
     add_options(parser, gauges, "what was logged", "one number for both motors, or two")
     add_robot_options(parser)
     parser.set_defaults(run=_identify)
@@ -63,8 +63,7 @@ def _identify(arguments):
     )
     files = []
     if folder := arguments.out:
-        names = "robot.toml", "identification.json", "torques.png"
-        files = [folder / name for name in names]
+        files = [folder / name for name in ("robot.toml", "identification.json", "torques.png")]
         with locked_folder(folder):
             replace(machine, robot=result.robot).save(
                 files[0], result.sd, ("identified; SI units",)
@@ -81,8 +80,7 @@ def _gauges(arguments, machine):
     options = {"offset": machine.offset}
     for name, numbers in used_options(arguments, *GAUGES).items():
         if len(numbers) > 2:
-            option = name.replace("_", "-")
-            raise UsageError(f"--{option} takes one number or two, not {len(numbers)}")
+            raise UsageError(f"{option_of(name)} takes one number or two, not {len(numbers)}")
         options[name] = numbers[0] if len(numbers) == 1 else tuple(numbers)
     scaled = max(abs(ratio - 1) for ratio in machine.ratio) > NEAR_1
     if scaled and not {"counts_per_turn", "gear_ratio"} & set(options):

@@ -230,9 +230,7 @@ def _print_ranges(result, ranges):
         angles, time = result.lock
         angles = ", ".join(f"{angle:.6f}" for angle in np.degrees(np.atleast_1d(angles)))
         print(f"the run ends before the lock at {angles} deg, {time:.6f} s")
-    rows = [(name, unit(name), *ends) for name, ends in ranges.items() if None not in ends]
-    for name, own, *ends in rows:
-        size = max(max(-low, high) for _, other, low, high in rows if other == own)
-        # Beside quantities of the same unit less than that is rounding error.
-        least, largest = (0.0 if abs(x) <= 1e-9 * size else x for x in ends)
-        print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(own)}")
+    for name, ends in ranges.items():
+        if None not in ends:
+            least, largest = (round(end, 12) + 0.0 for end in ends)  # -0 is 0
+            print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")

@@ -23,11 +23,10 @@ from .options import (
     print_files,
     print_json,
     print_notes,
-    print_table,
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, in_robot_frame
+from .robot_options import add_robot_options, chosen_machine, print_frames
 
 OPTIONS = TABLE | {
     "--space task|joint": ("task", "what the map is over"),
@@ -53,17 +52,10 @@ OPTIONS = TABLE | {
 }
 
 
-PATH = {  # of JSON: the attribute of a PathCheck
-    "reachable": "reachable",
-    "singularity_free": "singularity_free",
-    "leaves_s": "leaves",
-    "time_s": "time",
-    "type": "type",
-    "touching": "touching",
-    "criterion_N": "criterion",
-    "criterion_holds": "criterion_holds",
-    "min_margin": "min_margin",
-}
+PATH = (  # of JSON: attributes of a PathCheck, some with a unit
+    "reachable singularity_free leaves_s time_s type touching criterion_N criterion_holds"
+    " min_margin"
+).split()
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -150,8 +142,7 @@ def _map(arguments):
     if arguments.json:
         print_json({"frame": arguments.frame} | result)
         return
-    print_table(arguments.frame_row)
-    print_table(in_robot_frame(machine, *used_options(arguments, "data", "page").values()))
+    print_frames(arguments, machine, *used_options(arguments, "data", "page").values())
     if parts is None:
         print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
     else:
@@ -162,6 +153,13 @@ def _map(arguments):
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
     print_files(used_options(arguments, "out", "graph", "data", "page").values())
+
+
+def _slowly(parts, what):
+    """Return an iterable of parts that shows how many are done where that takes long."""
+    from ..base.progress import progress
+
+    return progress(parts, desc=what, delay=2, leave=False)
 
 
 def _load(arguments, machine):
@@ -183,7 +181,6 @@ def _load(arguments, machine):
 
 def _feasible(machine, kept, load):
     """Return the numbered parts of all aspects in which constraints hold; None without any."""
-    from ..base.progress import progress
     from ..constraints.disc import bounded_by
     from ..constraints.feasible import feasible_parts
     from ..paths.placing.tool_regions import tool_regions
@@ -201,19 +198,18 @@ def _feasible(machine, kept, load):
     else:
         bases = known_aspects(robot)
     found = []
-    for base in progress(bases, desc="regions", delay=2, leave=False):
+    for base in _slowly(bases, "regions"):
         found += feasible_parts(bounded_by(base, kept, load) if machine.tool is None else base)
     return numbered(found)
 
 
 def _largest(machine, regions, margin):
     """Return the largest disc in all regions, and the largest rectangle in its region."""
-    from ..base.progress import progress
     from ..constraints.disc import largest_disc
     from ..constraints.rectangle import largest_rectangle
 
     discs = []
-    for region in progress(regions, desc="discs", delay=2, leave=False):
+    for region in _slowly(regions, "discs"):
         with suppress(ValueError):  # none keeps the clearance there
             disc = largest_disc(region, margin)
             discs.append((disc.radius, region.number, disc))
@@ -240,11 +236,10 @@ def _placed(machine, rectangle):
 
 def _board(machine, parts, margin, size):
     """Return the aspect or region that holds a board of this shape (2,) m largest."""
-    from ..base.progress import progress
     from ..constraints.rectangle import largest_rectangle
 
     found = []
-    for part in progress(parts, desc="boards", delay=2, leave=False):
+    for part in _slowly(parts, "boards"):
         with suppress(ValueError):  # no rectangle of that shape is found there
             rectangle = largest_rectangle(part, margin, size[0] / size[1])
             scale = (rectangle.x_max - rectangle.x_min) / size[0]
@@ -339,7 +334,8 @@ def _parts_as_json(machine, parts):
 def _as_json(machine, parts, checks):
     paths = []
     for mode, check in checks:
-        row = {key: getattr(check, name, None) for key, name in PATH.items()}
+        attributes = (name.removesuffix("_s").removesuffix("_N") for name in PATH)
+        row = {key: getattr(check, name, None) for key, name in zip(PATH, attributes)}
         paths.append({"working": mode} | row)
     listed = None if parts is None else _parts_as_json(machine, parts)
     return {"aspects": listed, "path": paths}

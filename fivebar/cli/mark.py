@@ -1,12 +1,12 @@
 """`fivebar run --mark`: controllers' tracking errors as points, for a script or for many."""
 
 import csv
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..base.errors import UsageError
+from .options import print_json
 
 LIMIT = 60.0  # s of wall time for one script
 MOST_SCRIPTS = 3  # of a hand-in that are tried
@@ -44,7 +44,7 @@ def mark(arguments, rest):
         tried = _of_script(path, rest, how)
         print(tried.said, end="", file=sys.stderr)
         if arguments.json:
-            print(json.dumps({"tracking": tried.tracking, "trouble": tried.trouble}, indent=2))
+            print_json({"tracking": tried.tracking, "trouble": tried.trouble})
         if tried.trouble:
             print(f"fivebar run: {printable(tried.trouble)}", file=sys.stderr)
         if not tried.tracking:
@@ -55,7 +55,7 @@ def mark(arguments, rest):
         return
     found = [_best(hand_in, how) for hand_in in _hand_ins(path)]
     if arguments.json:
-        print(json.dumps([tried.__dict__ | {"run": None} for tried in found], indent=2))
+        print_json([tried.__dict__ | {"run": None} for tried in found])
         return
     _print_table(found)
 

@@ -117,12 +117,16 @@ def usage_errors(*kinds: type[Exception]) -> Iterator[None]:
         raise UsageError(error) from None
 
 
+def option_of(name: str) -> str:
+    """Return an option as it is typed, by the name that its value has."""
+    return "--" + name.replace("_", "-")
+
+
 def check_positive(arguments: Namespace, *names: str) -> None:
     """Raise UsageError for an option that is used and not finite and > 0."""
     for name, value in used_options(arguments, *names).items():
         if not 0 < value < float("inf"):
-            option = name.replace("_", "-")
-            raise UsageError(f"--{option} must be finite and > 0, not {value:g}")
+            raise UsageError(f"{option_of(name)} must be finite and > 0, not {value:g}")
 
 
 def check_ending(option: str, path: Path | None, endings: tuple[str, ...] = PICTURES) -> None:

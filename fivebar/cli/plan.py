@@ -14,6 +14,7 @@ from .options import (
     JSON,
     WORKING,
     add_options,
+    option_of,
     print_files,
     print_json,
     print_table,
@@ -21,7 +22,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, in_robot_frame
+from .robot_options import add_robot_options, chosen_machine, peak_row, print_frames
 
 SAMPLES = 4001
 LIMITS = {  # option: constraint
@@ -110,8 +111,7 @@ def _plan(arguments):
     if arguments.json:
         print_json({**figures, "frame": arguments.frame, "files": files})
         return
-    print_table(arguments.frame_row)
-    print_table(in_robot_frame(machine, *files[:2]))
+    print_frames(arguments, machine, *files[:2])
     _print(robot, figures)
     print_files(files)
 
@@ -126,7 +126,7 @@ def _check_for_tool(arguments):
     """Refuse what would bound joint C in place of the tool, and points without modes."""
     for option in used_options(arguments, "workspace", "acceleration_limit"):
         raise UsageError(
-            f"--{option.replace('_', '-')} is of joint C, not of the tool: leave it out, or take"
+            f"{option_of(option)} is of joint C, not of the tool: leave it out, or take"
             " the table tool out of the robot's file"
         )
     changes = arguments.from_working, arguments.to_working
@@ -172,15 +172,11 @@ def _written(arguments, machine, plan):
 
 
 def _print(robot, figures):
-    from ..simulation.comparison import peak_name
-
-    words = robot.words
-    left, right = figures[peak_name(robot)]
     print_table(
         [
             ("duration", f"{figures['duration_s']:.6g} s"),
             ("objective", f"{figures['objective']:.6g} (SI)"),
-            (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
+            peak_row(robot, figures),
             ("modes at the end", ", ".join(f"{mode:+d}" for mode in figures["working_at_the_end"])),
             ("solved", f"on {figures['intervals']} intervals in {figures['solve_time_s']:.2f} s"),
         ]

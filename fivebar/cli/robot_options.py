@@ -10,7 +10,7 @@ from ..models.parameter_units import parameter_in_si
 from ..models.parameters import refuse_unknown
 from ..models.robot_files import read_robot
 from ..models.robots import KINDS
-from .options import add_options, print_notes, usage_errors, used_options
+from .options import add_options, print_notes, print_table, usage_errors, used_options
 
 DEFAULT = "amoro"
 FRAMES = {
@@ -52,6 +52,19 @@ def add_robot_options(parser):
 def robot_is_chosen(arguments):
     """Return whether any of the options was used."""
     return arguments.robot != DEFAULT or bool(used_options(arguments, *PARAMETERS))
+
+
+def print_frames(arguments, machine, *files):
+    """Print in which frame points are, and which files are in another one."""
+    print_table([*arguments.frame_row, *in_robot_frame(machine, *files)])
+
+
+def peak_row(robot, figures):
+    """Return the row of output of both motors' largest torques or forces."""
+    from ..simulation.comparison import peak_name
+
+    peaks = ", ".join(f"{1e3 * peak:.3f}" for peak in figures[peak_name(robot)])
+    return f"peak {robot.words.effort}", f"{peaks} m{robot.words.effort_unit}"
 
 
 def in_robot_frame(machine, *files):

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ..base.errors import UsageError
-from .options import add_options, check_ending, check_positive, used_options
+from .options import PICTURES, add_options, check_ending, check_positive, used_options
 
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
@@ -19,7 +19,7 @@ WATCH = (
     "threading.Thread(target=lambda: os.read({}, 1) or os._exit(1), daemon=True).start(); "
 )
 BACKEND = "module://fivebar.amoro.ros_free.figures"
-ENDINGS = {"plot": (".png", ".svg", ".pdf"), "animate": (".html", ".gif", ".mp4", ".webm", ".png")}
+ENDINGS = {"plot": PICTURES, "animate": (".html", ".gif", ".mp4", ".webm", ".png")}
 MOST_SEED = 2**32 - 1
 MOST_TIME = 10_000.0  # s: more than a GB of rows
 

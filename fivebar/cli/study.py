@@ -28,6 +28,7 @@ def _ladder(arguments):
     from ..base.errors import UsageError
     from ..base.folders import locked_folder
     from ..base.progress import progress
+    from ..base.representation import aligned
     from ..base.tables import saved, written
     from ..study.ladder import CASES, RUNGS, climb, figure, table
 
@@ -49,8 +50,8 @@ def _ladder(arguments):
     if arguments.json:
         print_json([dict(zip(header, row)) for row in rows])
         return
-    heading = "robot", "rung", "instructions", "step µs", "missed N m", "rms µm", "largest µm"
-    print("{:10}{:20}{:>13}{:>9}{:>12}{:>10}{:>12}".format(*heading))
+    lines = [["robot", "rung", "instructions", "step µs", "missed N m", "rms µm", "largest µm"]]
     for robot, rung, named, *values in rows:
         label = rung if named else f"({rung}: none)"
-        print(f"{robot:10}{label:26.26}" + "{:7d}{:9.1f}{:12.3g}{:10.3g}{:12.3g}".format(*values))
+        lines.append([robot, label, *(f"{value:.4g}" for value in values)])
+    print(*aligned(lines, 2), sep="\n")

@@ -9,6 +9,7 @@ from contextlib import nullcontext
 from functools import partial
 
 from ..base.errors import UsageError
+from ..base.representation import aligned
 from .options import JSON, add_options, check_ending, named_values, print_json, used_options
 from .robot_options import add_robot_options, chosen_machine
 from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of
@@ -128,9 +129,8 @@ def _show(arguments, swept, best):
             designs.append(dict(zip(names, finite)))
         print_json({"designs": swept.count, "errors": len(swept.errors), "best": designs})
         return
-    print("".join(f"{name:>{len(name) + 9}}" for name in names))
-    for row in rows:
-        print("".join(f"{value:{len(name) + 9}.6g}" for name, value in zip(names, row)))
+    lines = [names, *([f"{value:.6g}" for value in row] for row in rows)]
+    print(*aligned(lines, 0), sep="\n")
     if not len(best):
         print(f"no design has a {swept.figures[0]}", file=sys.stderr)
     for k, text in swept.errors[:3]:

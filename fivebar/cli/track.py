@@ -30,7 +30,13 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, in_robot_frame, robot_is_chosen
+from .robot_options import (
+    add_robot_options,
+    chosen_machine,
+    peak_row,
+    print_frames,
+    robot_is_chosen,
+)
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
@@ -142,8 +148,7 @@ def _track(arguments):
     if arguments.json:
         print_json({**figures, "frame": arguments.frame, "files": files})
         return
-    print_table(arguments.frame_row)
-    print_table(in_robot_frame(machine, *files))
+    print_frames(arguments, machine, *files)
     _print_table(robot, figures)
     print_files(files)
 
@@ -260,18 +265,16 @@ def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1
 
 
 def _print_table(robot, figures):
-    from ..simulation.comparison import peak_name
     from ..visualization.style import length
 
-    words = robot.words
-    left, right = figures[peak_name(robot)]
-    error_left, error_right = figures[f"max_joint_error_{words.unit}"]
+    unit = robot.words.unit
+    error_left, error_right = figures[f"max_joint_error_{unit}"]
     rows = [
         ("largest error", length(figures["max_error_m"])),
         ("RMS error", length(figures["rms_error_m"])),
         ("error at the end", length(figures["final_error_m"])),
-        ("largest joint error", f"{1e3 * error_left:.4f}, {1e3 * error_right:.4f} m{words.unit}"),
-        (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
+        ("largest joint error", f"{1e3 * error_left:.4f}, {1e3 * error_right:.4f} m{unit}"),
+        peak_row(robot, figures),
         ("real-time factor", f"{figures['real_time_factor']:.0f} ×"),
     ]
     if "saturated_fraction" in figures:

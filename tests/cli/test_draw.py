@@ -77,8 +77,8 @@ def test_a_leap_of_the_simulated_error_or_torque_is_said_with_its_place(capsys):
     off[60], tau[80, 1] = 7.5e-4, 1.15
     _say_leaps(machine, motion, run, off, 0.1)
     error, torque = capsys.readouterr().err.splitlines()
-    assert "error leaps to 750.00 µm at (60, 100) mm" in error and "--margin" in error
-    assert "torque leaps to 1.15 N m at (80, 100) mm, 28.7 times" in torque
+    assert "error is up to 750.00 µm, at (60, 100) mm, 750 times" in error and "--margin" in error
+    assert "torque is up to 1.15 N m, at (80, 100) mm, 28.7 times" in torque
 
 
 @pytest.mark.deep
@@ -100,7 +100,7 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     ]
     assert main(["draw", drawing, "--out", str(tmp_path), *options]) == 0
     notes = capsys.readouterr()
-    assert "certified            yes" in notes.out and "leaves its drawing" not in notes.err
+    assert "certified            yes" in notes.out and "the simulated" not in notes.err
     names, rows = table(tmp_path / "setpoints.csv")
     assert names[3] == "q1_deg"
     run = fb.Run.from_csv(tmp_path / "run.csv")
@@ -464,7 +464,7 @@ def test_as_drawn_keeps_the_coordinates_of_the_file(tmp_path, monkeypatch, capsy
     assert main([*words, "--robot", str(robot), "--rate", "50"]) == 0
     told = capsys.readouterr()
     assert "middle of it         (5, 65) mm" in told.out
-    assert "the simulated robot leaves its drawing by " in told.err
+    assert "the simulated error is up to " in told.err
     text = (tmp_path / "setpoints.csv").read_text("utf-8").splitlines()
     rows = np.array([line.split(",")[1:3] for line in text if line[0].isdigit()], float)
     np.testing.assert_allclose(rows[[0, -1]], [(-0.01, 0.06), (0.02, 0.07)], atol=1e-9)

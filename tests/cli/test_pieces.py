@@ -447,7 +447,7 @@ def test_the_ladder_is_a_table_with_its_heading(tmp_path, monkeypatch, capsys):
     head, first, second, *_ = told.out.splitlines()
     assert head.split() == "robot rung instructions step µs missed N m rms µm largest µm".split()
     assert len(head) == len(first) and first.split()[:3] == ["lab", "masses", "121"]
-    assert "(gravity: none)" in second and first.split()[3:] == ["15.0", "0.9", "1e+04", "2e+04"]
+    assert "(gravity: none)" in second and first.split()[3:] == ["15", "0.9", "1e+04", "2e+04"]
     assert (tmp_path / "a" / "b" / "ladder.csv").exists() and "ladder.png" in told.err
 
 

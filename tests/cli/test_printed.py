@@ -31,11 +31,11 @@ def test_the_table_of_a_drawing(capsys):
     }
     machine = fb.Machine(fb.FiveBar(), offset=(0.1, 0.2), ratio=(1.0, -2.0))
     for asked, words in ((None, "within 1 % of the least possible"), (2.02, "the least is 2 s")):
-        arguments = SimpleNamespace(duration=asked, frame_row=[("points", "here")])
+        arguments = SimpleNamespace(duration=asked)
         draw._print(arguments, machine, figures)
         rows = dict(line.strip().split("  ", 1) for line in capsys.readouterr().out.splitlines())
         rows = {name: text.strip() for name, text in rows.items()}
-        assert words in rows["time"] and rows["points"] == "here"
+        assert words in rows["time"]
         assert rows["drawn"] == "250 mm in 3 strokes" and rows["middle of it"] == "(10, 120) mm"
         assert rows["working modes"] == "-1, +1" and rows["certified"] == "no"
         assert rows["peak torque"] == "12.500, 20.000 mN m"
@@ -63,9 +63,9 @@ def test_the_table_of_a_front(capsys):
     ]
     design._print_front(designs)
     assert capsys.readouterr().out.splitlines() == [
-        "       l11      bars  active constraints",
-        "       0.1       0.5  l11; reach",
-        "       0.2      0.75  nothing",
+        "l11  bars  active constraints",
+        "0.1   0.5          l11; reach",
+        "0.2  0.75             nothing",
     ]
 
 

@@ -97,7 +97,7 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
     "exporters": ("tests/exporters",),
     # What runs in a script's own process is not changed there: the tests in this one count.
     "amoro": ("tests/amoro/test_world.py", "tests/amoro/test_models.py"),
-    "cli": ("tests/cli",),
+    "cli": ("tests/cli", "tests/grading/test_cli.py"),
     "study": ("tests/study",),
     "grading": tuple(
         f"tests/grading/test_{name}.py" for name in "judge values relations results".split()

@@ -1,0 +1,948 @@
+"""What commands print and write, against Python's own functions and the files themselves."""
+
+import csv
+import datetime
+import json
+from argparse import Namespace
+from copy import copy
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.cli import calibrate as calibrate_command
+from fivebar.cli import draw, draw_place, grade, grade_folder, main, mark, track
+from fivebar.cli import linkage as linkage_command
+from fivebar.cli import map as map_command
+from fivebar.grading.intake.cohort_folder import HandIn
+from fivebar.grading.intake.hand_in import Left, ProgramFile
+from fivebar.grading.labs import find_lab
+from fivebar.linkages import Study
+from fivebar.linkages.quantities import unit as unit_of
+from fivebar.planning.plan import LEAST_SIN
+from fivebar.visualization.style import length, of_unit
+
+ROBOT = fb.FiveBar()
+LINE = "track --from 0.09 0.068 --to 0.08 0.075 --duration 0.1"
+FOUR_BAR = "linkage four-bar 0.2 0.06 0.16 0.14"
+MODES = [(a, b) for a in (-1, 1) for b in (-1, 1)]
+
+
+class Reached(Exception):
+    """The function that does the work was called."""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def ran(here, capsys):
+    """The output of a command that ends with a code."""
+
+    def run(words, code=0):
+        assert main(words.split()) == code
+        return capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def given(monkeypatch):
+    """Let a function be reached, and no further; return what it is given, by name or place."""
+
+    def watch(function):
+        found = {}
+
+        def reached(*places, **names):
+            found.update(enumerate(places), **names)
+            raise Reached
+
+        monkeypatch.setattr(f"fivebar.{function}", reached)
+        return found
+
+    return watch
+
+
+def rows_of(text):
+    """{name: value} of what a command prints in two columns."""
+    rows = (line.strip().partition("  ") for line in text.splitlines() if line.startswith("  "))
+    return {name: value.strip() for name, _, value in rows}
+
+
+def table_of(file):
+    """Names of the columns and rows of a CSV whose first line tells of the robot."""
+    lines = [line for line in Path(file).read_text("utf-8").splitlines() if line[0] != "#"]
+    return lines[0].split(","), np.array([line.split(",") for line in lines[1:]], float)
+
+
+def with_line(folder):
+    (folder / "line.csv").write_text("x_mm,y_mm\n-10,60\n20,70\n", "utf-8")
+
+
+# track
+
+
+def test_a_tracks_table_is_of_its_run(ran, monkeypatch):
+    for name in ("plot", "animate"):  # which take a second
+        monkeypatch.setattr(fb.Run, name, lambda run, path: Path(path).write_text("", "utf-8"))
+    told = ran(f"{LINE} --torque-limit 0.02 --out out --page page.html").out
+    files = [str(Path("out", name)) for name in ("run.csv", "tracking.png", "animation.html")]
+    assert told.splitlines()[-4:] == [*files, "page.html"] and all(map(Path, files))
+    assert "<svg" in Path("page.html").read_text("utf-8") and Path(files[1]).exists()
+    run = fb.Run.from_csv(files[0])
+    size = np.linalg.norm(run.error, axis=1)
+    rows = rows_of(told)
+    assert rows["largest error"] == length(size.max())
+    assert rows["RMS error"] == length(np.sqrt(np.mean(size**2)))
+    assert rows["error at the end"] == length(size[-1])
+    left, right = 1e3 * np.abs(run.q_error).max(axis=0)
+    assert rows["largest joint error"] == f"{left:.4f}, {right:.4f} mrad"
+    assert rows["peak torque"] == "20.000, 20.000 mN m"
+    share = np.mean((np.abs(run.tau[:-1]) >= 0.02 - 1e-12).any(axis=1))
+    assert rows["saturated"] == f"{100 * share:.0f} % of the time" and share > 0
+    assert rows["real-time factor"].endswith(" ×")
+
+
+def test_crossings_of_a_track_are_said(capsys):
+    figures = dict.fromkeys(("max_error_m", "rms_error_m", "final_error_m"), 1e-5)
+    figures |= {"max_joint_error_m": [1e-5, 2e-5], "peak_force_N": [1.5, 0.25]}
+    figures |= {"singularity_crossings": [[1.25, 2]], "real_time_factor": 3.4}
+    track._print_table(fb.Biglide(), figures)
+    rows = rows_of(capsys.readouterr().out)
+    assert rows["crossing"] == "Type 2 at 1.250000 s" and "saturated" not in rows
+    assert rows["peak force"] == "1500.000, 250.000 mN"
+    assert rows["largest joint error"] == "0.0100, 0.0200 mm" and rows["real-time factor"] == "3 ×"
+
+
+def test_a_comparison_is_printed_and_written(ran, monkeypatch):
+    line = fb.line((0.09, 0.068), (0.08, 0.075), 0.1)
+    runs = {
+        name: fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, kp, 20), line)
+        for name, kp in (("ctc", 100), ("stiff", 400))
+    }
+    monkeypatch.setattr("fivebar.study.control_cases.run_case", lambda name: runs)
+    told = ran("track --case mass --out out --page page.html").out.splitlines()
+    files = [str(Path("out", name)) for name in ("comparison.png", "ctc.csv", "stiff.csv")]
+    assert told == [
+        "task 1, mass 20 % larger than known",
+        *str(fb.compare(runs)).splitlines(),
+        *files,
+        "page.html",
+    ]
+    assert Path(files[0]).read_bytes()[1:4] == b"PNG" and "<svg" in Path("page.html").read_text()
+    for file, run in zip(files[1:], runs.values()):
+        np.testing.assert_allclose(fb.Run.from_csv(file).xi, run.xi, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "words, kind, kp, kd",
+    [
+        ("", fb.ComputedTorque, 100.0, 20.0),
+        ("--controller pd", fb.PD, 0.4, 0.08),
+        ("--controller pd --working 1 -1", fb.PD, 0.4, 0.08),
+        ("--controller pd --robot biglide", fb.PD, 250.0, 50.0),
+        ("--controller ctc --working 1 -1 --kd 9", fb.ComputedTorque, 100.0, 9.0),
+    ],
+)
+def test_gains_and_modes_of_a_controller(words, kind, kp, kd, here, given):
+    simulated = given("simulation.simulate.simulate")
+    ends = "--from 0 0 --to 0.1 0" if "biglide" in words else "--from 0.01 0.1 --to 0.02 0.11"
+    with pytest.raises(Reached):
+        main(["track", *ends.split(), "--duration", "0.5", *words.split()])
+    robot, controller, reference = (simulated[k] for k in range(3))
+    start = simulated["start"].pose
+    assert tuple(start.working) == ((1, -1) if "1 -1" in words else (-1, -1))
+    assert type(controller) is kind and robot == start.robot
+    assert np.all(controller.kp == kp) and np.all(controller.kd == kd)
+    held = controller(0.0, start.q, 0 * start.q, reference)
+    tau = fb.inverse_dynamics(fb.ikm2(simulated["start"], (0.0, 0.0)))
+    assert np.abs(held - tau).max() < 1e-9
+
+
+# plan
+
+
+def test_a_plans_table_is_of_its_files(ran):
+    ends = "--from 0 0.1 --to 0 0.1 --from-working -1 -1 --to-working -1 1"
+    told = ran(f"plan {ends} --duration 2 --out out --rate 50 --angles deg").out
+    files = [str(Path("out", name)) for name in ("plan.csv", "plan.png", "setpoints.csv")]
+    assert told.splitlines()[-3:] == files
+    plan = fb.Plan.from_csv(files[0])
+    rows = rows_of(told)
+    t = np.linspace(0.0, 2.0, 4001)
+    left, right = 1e3 * np.abs(plan.torques(t)).max(axis=0)
+    assert rows["peak torque"] == f"{left:.3f}, {right:.3f} mN m" and rows["duration"] == "2 s"
+    assert rows["modes at the end"] == "-1, +1" and rows["objective"].endswith(" (SI)")
+    assert rows["solved"].startswith(f"on {len(plan.pieces.xi)} intervals in ")
+    crossings = [line.split() for line in told.splitlines() if "crossing" in line]
+    margins = {1: lambda pose: np.min(np.abs(pose.sines)), 2: lambda pose: abs(pose.det_A)}
+    assert {words[2] for words in crossings} == {"1", "2"}
+    times = [float(words[-2]) for words in crossings]
+    assert times == sorted(times)
+    for words, time in zip(crossings, times):
+        assert margins[int(words[2])](plan.accelerations(time).rates.pose) < 0.01
+    names, setpoints = table_of(files[2])
+    assert names[3:5] == ["q1_deg", "q2_deg"] and np.allclose(np.diff(setpoints[:, 0]), 0.02)
+    xi = fb.dgm(ROBOT, np.deg2rad(setpoints[0, 3:5]), -1).xi
+    np.testing.assert_allclose(xi, (0.0, 0.1), atol=1e-6)
+
+
+def test_a_plan_for_a_tool_bounds_no_joint_in_its_place(here, capsys):
+    fb.Machine(ROBOT, tool=fb.Tool(1, 0.02)).save(here / "robot.toml")
+    ends = "plan --from 0.05 0.09 --to 0.06 0.09 --robot robot.toml --duration 1"
+    for words, message in (
+        ("--workspace 0 0.1 0 0.2", "--workspace is of joint C, not of the tool"),
+        ("--acceleration-limit 2", "--acceleration-limit is of joint C, not of the tool"),
+        ("--from-working 1 1", "give --from-working and --to-working both"),
+        ("--to-working 1 1", "give --from-working and --to-working both"),
+        ("--from-working 1 1 --to-working 1 1 --via 0.05 0.1", "--via with --working only"),
+        ("--via 0.05", "--via takes pairs X Y"),
+    ):
+        assert main([*ends.split(), *words.split()]) == 2
+        assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("modes", ["--working 1 -1", "--from-working 1 -1 --to-working 1 -1"])
+def test_points_of_a_plan_are_the_tools(modes, here, given):
+    machine = fb.Machine(ROBOT, tool=fb.Tool(1, 0.02), frame=fb.Placement((0.1, 0.0), 0.3))
+    machine.save(here / "robot.toml")
+    planned = given("planning.plan.plan")
+    via = "--via 0.15 0.1" if modes.startswith("--working") else ""
+    ends = f"plan --from 0.14 0.11 --to 0.16 0.1 --robot robot.toml --duration 1 {via} {modes}"
+    with pytest.raises(Reached):
+        main(ends.split())
+    points = [(0.14, 0.11), (0.16, 0.1), (0.15, 0.1)]
+    start, goal, passed = (machine.joint(point, (1, -1)) for point in points)
+    assert planned[1].xi == pytest.approx(start) and planned[2].xi == pytest.approx(goal)
+    assert tuple(planned[1].working) == tuple(planned[2].working) == (1, -1)
+    assert [p.tolist() for _, p in planned["via"]] == ([pytest.approx(passed)] if via else [])
+    assert planned["constraints"].sin == (LEAST_SIN if via else 0.0)
+    assert planned["objective"] == "effort"
+
+
+# draw
+
+
+def massless(folder):
+    """A robot that is not simulated, which takes a second."""
+    with_line(folder)
+    (folder / "robot.toml").write_text("zz1 = 0\nzz2 = 0\nm = 0.5\n", "utf-8")
+    return "draw line.csv --robot robot.toml --rate 50 --out out"
+
+
+def test_a_drawing_lies_where_it_is_put(ran, here):
+    words = f"{massless(here)} --at 0.01 0.1 --turn-deg 90 --scale 0.5"
+    told = ran(f"{words} --angles counts --counts-per-turn 4096 --pen-time 0.2")
+    files = [str(Path("out", name)) for name in ("drawing.png", "setpoints.csv", "proof.json")]
+    assert told.out.splitlines()[-3:] == files and "it has no inertia" in told.err
+    names, rows = table_of(files[1])
+    # Turned to the left by a right angle, 30 mm and 10 mm become -5 mm and 15 mm of half the size.
+    np.testing.assert_allclose(rows[0, 1:3], (0.0125, 0.0925), atol=1e-9)
+    np.testing.assert_allclose(rows[-1, 1:3], (0.0075, 0.1075), atol=1e-9)
+    assert names[3:5] == ["q1_counts", "q2_counts"]
+    q = fb.igm(ROBOT, rows[:, 1:3]).q
+    np.testing.assert_allclose(rows[:, 3:5], 4096 * q / (2 * np.pi), atol=0.5 + 1e-9)
+    rests = np.isclose(rows[:, 1:3], rows[0, 1:3]).all(axis=1)
+    assert rows[rests, 0].max() == pytest.approx(0.2, abs=0.021)
+    rows = rows_of(told.out)
+    assert rows["drawn"] == f"{500 * np.hypot(0.03, 0.01):.4g} mm in 1 strokes"
+    assert rows["middle of it"] == "(10, 100) mm" and rows["certified"] == "yes, proof.json"
+
+
+def test_a_drawing_is_certified_where_it_is_proved(ran, here):
+    words = f"{massless(here)} --as-drawn --json"
+    for tolerance, certified in (("1e-5", True), ("0.02", False)):
+        told = ran(f"{words} --tolerance {tolerance}")
+        figures = json.loads(told.out)
+        assert figures["certified"] is certified and figures["measured_modes"] is None
+        assert (
+            ("out/proof.json" in figures["files"]) == Path("out/proof.json").exists() == certified
+        )
+        assert ("not proved" in told.err) != certified
+    margin = fb.check_path(ROBOT, fb.path("line.csv").at_unit_speed).min_margin
+    assert figures["smallest_margin"] == pytest.approx(margin)
+
+
+def test_drives_get_a_file_in_their_own_counts(ran, here):
+    words = f"{massless(here)} --as-drawn --drive 4096"
+    ran(f"{words} --zero-counts 100 -200 --wrap")
+    _, rows = table_of("out/setpoints.csv")
+    with open("out/drives.csv", encoding="utf-8") as file:
+        table = [row for row in csv.reader(file) if row[0][:1].isdigit()]
+    counts = 4096 * rows[:, 3:5] / (2 * np.pi) + (100, -200)
+    off = np.array(table, float)[:, 1:3] - counts
+    np.testing.assert_allclose(off, 4096 * np.round(off / 4096), atol=0.5 + 1e-6)
+    told = ran(f"{words} --binary")
+    assert str(Path("out", "drives.bin")) in told.out.splitlines()
+    assert len(Path("out/drives.bin").read_bytes()) % 4 == 0
+    assert "fivebar: " in ran(f"{words[:-4]}none", 2).err
+
+
+def test_a_page_is_placed_as_a_whole(monkeypatch, here):
+    """Its corners are fitted in, not the drawing; 5 mm off singularities, or a tenth of a bar."""
+    asked = []
+    placement = fb.Placement((0.1, 0.2), 0.3, 2.0)
+
+    def fitted_in(robot, whole, turn, scale, working, kept, tool, measured):
+        asked.append((whole, turn, scale, kept.clearance))
+        aspect = SimpleNamespace(working=(1, -1))
+        return SimpleNamespace(aspect=aspect, placement=placement, scale=3.0)
+
+    monkeypatch.setattr("fivebar.paths.placing.fitting_in.fitted_in", fitted_in)
+    path = fb.path([(0.0, 0.0), (0.02, 0.01)])
+    options = dict.fromkeys(("at", "as_drawn", "fit", "page", "scale", "margin", "working"))
+    options |= {"turn_deg": 90.0, "drawing": "line.csv"}
+    machine = fb.Machine(fb.FiveBar(l11=0.08))
+    page = {"page": (0.09, 0.06)}
+    for more, scale, clearance in (
+        ({}, 1.0, 0.005),
+        ({"scale": 2.0, "margin": 0.02}, 2.0, 0.02),
+        ({"fit": True}, None, 0.008),
+        (page, 1.0, 0.005),
+        (page | {"fit": True}, 1.0, 0.005),
+    ):
+        put, working, known, corners = draw_place.placed(Namespace(**options | more), machine, path)
+        whole, turn, given_scale, kept = asked.pop()
+        assert (given_scale, kept) == (scale, clearance) and turn == pytest.approx(np.pi / 2)
+        assert working == (1, -1) and known == 3.0
+        if "page" not in more:
+            np.testing.assert_allclose(put.pieces[0].end, placement(np.array([0.02, 0.01])))
+            assert whole is path and corners is None
+            continue
+        sheet = np.array([(0, 0), (0.09, 0), (0.09, 0.06), (0, 0.06), (0, 0)])
+        np.testing.assert_allclose([piece.end for piece in whole.pieces], sheet[1:])
+        np.testing.assert_allclose(corners, placement(sheet))
+        # The drawing, 20 x 10 mm, is as wide as the page, in its middle, or at its lower left.
+        ends = ((0.0, 0.0075), (0.09, 0.0525)) if "fit" in more else ((0.0, 0.0), (0.02, 0.01))
+        found = put.pieces[0].start, put.pieces[0].end
+        np.testing.assert_allclose(found, placement(np.array(ends)), atol=1e-12)
+    with pytest.raises(
+        fb.base.errors.UsageError, match="from 0 to 100 mm along x and from 0 to 50"
+    ):
+        draw_place.placed(Namespace(**options | page | {"scale": 5.0}), machine, path)
+
+
+def test_motors_keep_a_share_in_reserve(monkeypatch):
+    asked = []
+
+    def timed(robot, path, duration, constraints, working):
+        asked.append(constraints)
+        return SimpleNamespace(gap=0.5, duration=2.0, lower_bound=1.0)
+
+    monkeypatch.setattr("fivebar.paths.timing.time_path.time_path", timed)
+    monkeypatch.setattr("fivebar.paths.timing.time_path.slowness", lambda motion: "so slow")
+    names = "torque_limit speed_limit acceleration_limit joint_speed_limit duration motor".split()
+    options = dict.fromkeys(names) | {"reserve": 0.25, "accept_slow": True}
+    motor = fb.Motor(2.0, 10.0, largest_torque=1.5, gear=2.0, efficiency=0.8)
+    machine = fb.Machine(ROBOT, constraints=fb.Constraints(motors=motor))
+    _, drives = draw._timed(Namespace(**options), machine, None, (1, -1))
+    (kept,) = asked
+    assert kept.torque == pytest.approx((0.75 * motor.torque,) * 2)
+    for weak in kept.motors:
+        assert weak.stall == pytest.approx(0.75 * motor.stall) and weak.speed == motor.speed
+    assert drives.motors == (motor, motor) and drives.torque == pytest.approx((motor.torque,) * 2)
+    with pytest.raises(ValueError, match="slow: so slow. Nothing is written without"):
+        draw._timed(Namespace(**options | {"accept_slow": False}), machine, None, (1, -1))
+    # Without limits the pen has usual ones; with a speed alone, the usual acceleration.
+    for limit, expected in ((None, (0.5, 0.1)), (0.03, (0.5, 0.03))):
+        asked.clear()
+        draw._timed(Namespace(**options | {"speed_limit": limit}), fb.Machine(ROBOT), None, None)
+        assert (asked[0].acceleration, asked[0].speed) == expected
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        ("--counts-per-turn 0", "--counts-per-turn must be finite and > 0"),
+        ("--pen-time -1", "--pen-time must be finite and >= 0"),
+        ("--lead -1", "--lead must be finite and > 0"),
+        ("--backlash -1", "--backlash must be finite and >= 0"),
+        ("--angles counts", "--angles counts needs --counts-per-turn"),
+        ("--zero-deg 0 0", "--zero-deg goes with --format gcode"),
+        ("--lead 0.01 --format gcode", "--lead goes without --pen-time and --format gcode"),
+        (
+            "--format gcode --steps-per-turn 9 --mm-per-turn 9",
+            "--steps-per-turn and --mm-per-turn: the axes are in steps or in mm",
+        ),
+        ("--as-drawn --reserve 1", "--reserve must be from 0 to below 1, not 1"),
+        ("--as-drawn --turn-deg 3", "--as-drawn keeps a drawing where it is: it goes without --at"),
+        ("--delay -1 --as-drawn", "delay"),
+    ],
+)
+def test_options_of_a_drawing_that_cannot_be(words, message, here, capsys):
+    with_line(here)
+    assert main(["draw", "line.csv", *words.split()]) == 2
+    assert message in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_axes_of_gcode_are_those_of_the_options(here, given):
+    with_line(here)
+    dialect = given("exporters.gcode.Gcode")
+    words = "draw line.csv --format gcode --firmware linuxcnc --axes A B --mm-per-turn 40 --gear 3"
+    words += " --feed units --max-feed 900 --pen Z --pen-values -1 2 --approach-deg 90"
+    with pytest.raises(Reached):
+        main([*words.split(), "--line-deviation", "1mm", "--speed-error", "0.02"])
+    assert dialect == {
+        "axes": ("A", "B"),
+        "deviation": 1e-3,
+        "feed": "units",
+        "max_feed": 900.0,
+        "pen": "Z",
+        "firmware": "linuxcnc",
+        "gear": 3.0,
+        "speed_error": 0.02,
+        "unit": "mm",
+        "per_turn": 40.0,
+        "down": -1.0,
+        "up": 2.0,
+        "approach": pytest.approx(np.pi / 2),
+    }
+
+
+# map
+
+
+@pytest.fixture
+def pictured(monkeypatch):
+    """What the picture of a map is given; none is drawn."""
+    found = {}
+
+    def picture(data, points, regions, **style):
+        found.update(style, data=data, points=points, regions=regions)
+
+    monkeypatch.setattr("fivebar.visualization.plot.maps.singularity_map", picture)
+    monkeypatch.setattr("fivebar.visualization.plot.panels.in_frame", lambda *given: given[2])
+    monkeypatch.setattr(map_command, "saved", lambda what, path: found.update({str(path): what}))
+    return found
+
+
+def fake_parts(monkeypatch):
+    """Discs and rectangles whose sizes are those of their regions' numbers."""
+
+    def rectangle(part, margin, ratio=2.0):
+        found.append((part.number, ratio))
+        width = 0.01 * part.number
+        return SimpleNamespace(x_min=0.0, x_max=width, y_min=0.1, y_max=0.1 + width / ratio)
+
+    def disc(part, margin):
+        return SimpleNamespace(radius=1e-3 * part.number, center=(0.02, 0.1))
+
+    found = []
+    monkeypatch.setattr("fivebar.constraints.rectangle.largest_rectangle", rectangle)
+    monkeypatch.setattr("fivebar.constraints.disc.largest_disc", disc)
+    return found
+
+
+def test_a_maps_table_names_what_fits(ran, here, pictured, monkeypatch):
+    asked = fake_parts(monkeypatch)
+    fb.Machine(ROBOT, frame=fb.Placement((0.0, 0.0), np.pi / 6)).save(here / "robot.toml")
+    words = "map --nodes 3 --robot robot.toml --fits 0.15 0.05 --out map.png"
+    told = ran(f"{words} --sin 0.3").out.splitlines()
+    regions = fb.dexterous(ROBOT, sin=0.3)
+    count = len(regions)
+    assert [each.area for each in pictured["regions"]] == [each.area for each in regions]
+    assert pictured["map.png"] == 1e3
+    assert [number for number, _ in asked[1:]] == [each.number for each in regions]
+    assert [ratio for _, ratio in asked[1:]] == pytest.approx([3.0] * count)
+    for name, parts in (("aspect", fb.aspects(ROBOT)), ("region", regions)):
+        begin = next(k for k, line in enumerate(told) if line.startswith(name))
+        for part, line in zip(parts, told[begin + 1 :]):
+            signs = "".join("+" if mode > 0 else "-" for mode in part.working)
+            sign = "+" if part.assembly > 0 else "-"
+            assert line.split() == [str(part.number), signs, sign, f"{1e6 * part.area:.4f}"]
+    *_, disc, rectangle, board, file = told
+    x, y = 1e3 * np.array([0.02 * np.cos(np.pi / 6) - 0.05, 0.01 + 0.1 * np.cos(np.pi / 6)])
+    about = f"about ({x:.4g}, {y:.4g}) mm, in region {count}"
+    assert disc == f"largest disc: radius {count:.4f} mm {about}"
+    corner = f"its lower left corner at (-50, {100 * np.cos(np.pi / 6):.4g}) mm"
+    turned = "turned by 30° as the robot"
+    sides = f"{10 * count} x {5 * count} mm"
+    assert rectangle == f"largest rectangle in it: {sides}, {corner}, {turned}"
+    sides = f"{10 * count} x {10 * count / 3:.4g} mm"
+    scale = f"scale {count / 15:.4g}, in region {count}"
+    begin = "a board of 150 x 50 mm does not fit: the largest of its shape is"
+    assert board == f"{begin} {sides}, {corner}, {turned}, {scale}" and file == "map.png"
+    found = json.loads(ran(f"{words} --json").out)
+    assert found["board"]["in"] == "aspect" and "regions" not in found and not found["path"]
+    listed = [
+        (part["number"], part["area_m2"], tuple(part["working"])) for part in found["aspects"]
+    ]
+    assert listed == [(part.number, part.area, part.working) for part in fb.aspects(ROBOT)]
+    corner = found["board"]["corner_m"]
+    assert corner == pytest.approx([-0.05, 0.1 * np.cos(np.pi / 6)])
+    place = fb.Placement((0.0, 0.0), np.pi / 6)(fb.aspects(ROBOT)[0].point)
+    assert found["aspects"][0]["point_m"] == pytest.approx(place.tolist())
+
+
+def test_a_map_is_of_its_window_and_letters(ran, here, pictured):
+    frame = fb.Placement((0.1, 0.0), np.pi / 2)
+    fb.Machine(ROBOT, frame=frame).save(here / "robot.toml")
+    words = "map --nodes 3 --robot robot.toml --window -0.05 0.05 0.02 0.04 --field condition_J"
+    letters = (
+        "--labels x=a=b y=c --unit cm --width column --working 1 -1 --data map.csv --page p.html"
+    )
+    told = ran(f"{words} {letters} --graph graph.png").out
+    assert pictured["labels"] == {"x": "a=b", "y": "c"} and pictured["width"] == "column"
+    assert pictured["unit"] == "cm" and pictured["modes"] == [(1, -1)]
+    assert pictured["map.png"] == 100.0 and "graph.png" in pictured and pictured["points"] is None
+    data = pictured["data"]
+    # x of the frame is y of the robot, and y is 0.1 m less its x.
+    ends = [(axis.min(), axis.max()) for axis in (data.x, data.y)]
+    np.testing.assert_allclose(ends, [(0.02, 0.04), (0.05, 0.15)], atol=1e-12)
+    assert data.field == "condition_J" and len(data.x) == len(data.y) == 3
+    assert told.splitlines()[-4:] == ["map.png", "graph.png", "map.csv", "p.html"]
+    assert rows_of(told)["robot's own frame"] == "map.csv, p.html"
+    ran("map --nodes 3 --space joint")
+    assert pictured["data"].space == "joint" and pictured["regions"] is None
+
+
+def test_constraints_of_a_file_bound_the_regions_of_a_map(monkeypatch):
+    asked = []
+    load = fb.constraints.load.Load((0.0, -1.0), (0.1, 0.1))
+
+    def bounded(base, kept, load):
+        asked.append((base, kept, load))
+        return base
+
+    monkeypatch.setattr("fivebar.constraints.disc.bounded_by", bounded)
+    monkeypatch.setattr(
+        "fivebar.constraints.feasible.feasible_parts", lambda part: (copy(part), copy(part))
+    )
+    machine = fb.Machine(ROBOT)
+    aspects = fb.aspects(ROBOT)
+    for kept, held in ((fb.Constraints(half_planes=[(0, 1, 0)]), None), (fb.Constraints(), load)):
+        parts = map_command._feasible(machine, kept, held)
+        assert [part.area for part in parts] == [each.area for each in aspects for _ in range(2)]
+        assert [part.number for part in parts] == list(range(1, 2 * len(aspects) + 1))
+        assert [each[1:] for each in asked] == [(kept, held)] * len(aspects)
+        asked.clear()
+    assert map_command._feasible(machine, fb.Constraints(), None) is None
+    with pytest.raises(ValueError, match="strips without ends"):
+        map_command._feasible(fb.Machine(fb.Biglide()), fb.Constraints(sin=0.2), None)
+
+
+def verdict(**values):
+    usual = dict(reachable=True, leaves=None, time=None, singularity_free=False, everywhere=False)
+    usual |= dict(touching=False, type=2, criterion=None, criterion_holds=None)
+    return map_command._verdict(SimpleNamespace(**usual | values))
+
+
+def test_what_is_said_of_a_path_on_a_map():
+    assert verdict(reachable=False, leaves=0.5, time=0.5) == "leaves the workspace at t = 0.5 s"
+    free = verdict(singularity_free=True, min_margin=0.12345, min_margin_time=0.25)
+    assert free == "free of singularities, smallest sine 0.123 at t = 0.25 s"
+    assert verdict(everywhere=True) == map_command.EVERYWHERE
+    assert verdict(time=0.5, type=1, touching=True) == "touches Type 1 at t = 0.5 s"
+    # It leaves the workspace after it has crossed.
+    for holds, ending in ((True, "the criterion holds"), (False, "off it: the torque diverges")):
+        crossing = dict(reachable=False, leaves=0.75, time=0.5, criterion=0.25)
+        words = verdict(**crossing, criterion_holds=holds)
+        assert words == f"crosses Type 2 at t = 0.5 s, t_s . m xi'' = 0.25 N, {ending}"
+    error = fb.UnreachableError("the tool cannot", 0.1)
+    assert map_command._verdict(error) == "the tool cannot"
+
+
+def test_a_path_is_checked_in_each_mode(ran, here, pictured):
+    rows = [f"{t},{0.05 + 0.005 * t},{0.09 + 0.0025 * t}" for t in range(9)]
+    (here / "path.csv").write_text("\n".join(["t_s,x_m,y_m", *rows]), "utf-8")
+    words = "map --nodes 3 --path path.csv"
+    found = json.loads(ran(f"{words} --json").out)["path"]
+    told = [line for line in ran(words).out.splitlines() if line.startswith("path in")]
+    assert [tuple(row["working"]) for row in found] == list(pictured["data"].modes)
+    path = fb.from_csv("path.csv")
+    for row, line in zip(found, told, strict=True):
+        check = fb.check_path(ROBOT, path, row["working"])
+        assert line.endswith(map_command._verdict(check))
+        assert row["reachable"] == check.reachable and row["type"] == check.type
+        assert row["time_s"] == check.time and row["leaves_s"] == check.leaves
+        assert row["criterion_N"] == check.criterion and row["min_margin"] == check.min_margin
+        assert row["singularity_free"] == check.singularity_free
+
+
+# linkage
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        FOUR_BAR,
+        f"{FOUR_BAR} --point 0.1 0.05 --held crank",
+        "linkage slider-crank 0.05 0.2 --offset 0.01",
+        "linkage six-bar-press --turns 1 --l3 0.56",
+        "linkage five-bar --motors 1 2 --l11 0.1",
+        "linkage straight-line watt",
+        "linkage four-bar 0.2 0.06 0.3 0.14 --drive until-lock",
+    ],
+)
+def test_ranges_of_a_study_are_of_its_table(words, ran):
+    told = ran(f"{words} --csv study.csv").out.splitlines()
+    found = json.loads(ran(f"{words} --csv study.csv --json").out)
+    study = Study.from_csv("study.csv")
+    begin = len(found["verdict"])
+    assert told[:begin] == found["verdict"] and found["files"] == ["study.csv"] == told[-1:]
+    head = f"{len(study.t)} samples over {study.t[-1]:.6g} s, least and largest:"
+    assert told[begin] == head
+    rows = told[begin + 1 : -1]
+    if study.lock:
+        angle, time = study.lock
+        lock = f"the run ends before the lock at {np.degrees(angle):.6f} deg, {time:.6f} s"
+        assert rows.pop(0) == lock and "until-lock" in words
+    named = {name: ends for name, ends in found["ranges"].items() if None not in ends}
+    for row, (name, ends) in zip(rows, named.items(), strict=True):
+        values = study.columns[name]
+        values = values[np.isfinite(values)]
+        assert ends == pytest.approx([values.min(), values.max()], abs=1e-9)
+        assert row.startswith(f"  {name} ")
+        least, largest, *unit = row[3 + len(name) :].split()
+        assert [float(least), float(largest)] == pytest.approx(ends, rel=1e-5, abs=2e-12)
+        assert " ".join(unit) == of_unit(unit_of(name)).strip()
+
+
+def test_linkages_have_their_lengths(ran):
+    words = {
+        f"{FOUR_BAR} --held crank": fb.linkages.FourBar(0.2, 0.06, 0.16, 0.14).inversion("crank"),
+        "linkage slider-crank 0.05 0.2 --offset 0.01": fb.linkages.SliderCrank(0.05, 0.2, 0.01),
+    }
+    for text, linkage in words.items():
+        ran(f"{text} --csv study.csv")
+        assert Study.from_csv("study.csv").linkage == linkage
+
+
+def test_a_live_page_is_of_the_linkage_in_its_branch(ran, monkeypatch):
+    shown = []
+
+    def play(linkage, branch):
+        shown.append((linkage, branch))
+        return SimpleNamespace(save=lambda path: Path(path).write_text("page", "utf-8"))
+
+    monkeypatch.setattr("fivebar.visualization.play.play", play)
+    assert ran(f"{FOUR_BAR} --branch -1 --live live.html").out.splitlines()[-1] == "live.html"
+    ran("linkage five-bar --l11 0.1 --live live.html")
+    (four_bar, branch), five_bar = shown
+    assert (four_bar.crank, branch) == (0.06, -1) and five_bar == (replace(ROBOT, l11=0.1), None)
+    said = ran("linkage five-bar --motors 1 2 --live live.html", 2).err
+    assert "--live moves a five-bar by the motors at its base, 1 and 5" in said
+
+
+def test_a_press_without_weights():
+    options = Namespace(set="repaired", load=5.0, no_gravity=False)
+    vars(options).update(dict.fromkeys(linkage_command.PRESS_LENGTHS))
+    linkage, asked, _ = linkage_command._press(options)
+    assert asked["gravity"] == linkage_command.GRAVITY and asked["turns"] == 3.0
+    assert asked["speed"] == pytest.approx(np.radians(120)) and any(asked["gravity"])
+
+
+# calibrate
+
+
+def test_a_calibration_is_told_and_written(ran, here):
+    built = fb.FiveBar(l11=0.0903, l12=0.0898)
+    poses = fb.measurement_poses(ROBOT, 8, criterion="D")
+    xi = fb.dgm(built, poses.q, poses.assembly).xi + 1e-4 * np.sin(np.arange(16)).reshape(8, 2)
+    table = np.column_stack([poses.q, xi, poses.working])
+    head = "q1,q2,x,y,working1,working2"
+    np.savetxt(here / "data.csv", table, delimiter=",", header=head, comments="")
+    limits = fb.Constraints(torque=0.1)
+    fb.Machine(ROBOT, constraints=limits).save(here / "robot.toml")
+    words = "calibrate data.csv --unknown l11 l12 --robot robot.toml"
+    result = fb.calibrate(ROBOT, "data.csv", ("l11", "l12"), sigma=1e-4)
+    told = ran(f"{words} --sigma 1e-4 --json --out out --profile")
+    found = json.loads(told.out)
+    files = [f"calibration.{end}" for end in ("png", "json", "txt")] + ["robot.toml"]
+    assert told.err.splitlines()[-4:] == [str(Path("out", name)) for name in files]
+    assert found["values"] == pytest.approx(result.values) and found["rows"] == 8
+    assert found["rms_m"] == pytest.approx(result.rms) and found["chi2"] == pytest.approx(
+        result.chi2
+    )
+    assert found["rms_before_m"] == pytest.approx(result.rms_before)
+    assert found["leave_one_out_m"] == pytest.approx(result.leave_one_out)
+    assert np.shape(found["residuals_m"]) == (8, 2)
+    for name, bounds in result.intervals().items():
+        assert found["intervals_95"][name] == pytest.approx(list(bounds))
+        assert found["profile_95"][name] == pytest.approx(list(bounds), rel=1e-3)
+    assert Path("out/calibration.png").read_bytes()[1:4] == b"PNG"
+    text = Path("out/calibration.txt").read_text("utf-8")
+    assert text.startswith(str(result)) and "by profile likelihood, SI units:\nl11: " in text
+    again = fb.Calibration.from_json("out/calibration.json")
+    assert again.values == pytest.approx(result.values)
+    robot = fb.load_machine("out/robot.toml")
+    assert robot.robot.l11 == pytest.approx(result.robot.l11) and robot.constraints == limits
+    assert "calibrated; SI units" in Path("out/robot.toml").read_text("utf-8")
+    # Without a standard deviation there is no chi2 to be judged by; text goes to stdout.
+    assert json.loads(ran(f"{words} --json").out)["chi2"] is None
+    told = ran(f"{words} --sigma 1e-4 --out out").out
+    assert told.splitlines()[-4:] == [str(Path("out", name)) for name in files]
+    assert told.startswith(str(result)) and "profile" not in told
+
+
+def test_crosses_of_a_photograph_are_calibrated_with(here, monkeypatch, given):
+    """Those that are seen, in the row of those of the drawing, and the sheet's place with them."""
+    crosses = np.array([(0.02, 0.1), (0.03, 0.1), (0.03, 0.11)])
+    seen = crosses + 0.001
+
+    def points_to_csv(file, points):
+        np.savetxt(file, points, delimiter=",", header="x,y", comments="")
+
+    drawn = SimpleNamespace(points_to_csv=points_to_csv)
+    asked = []
+    monkeypatch.setattr(
+        "fivebar.estimation.calibration.sheet.sheet", lambda *words: asked.append(words) or drawn
+    )
+    monkeypatch.setattr("matplotlib.image.imread", lambda path: path)
+    monkeypatch.setattr(
+        "fivebar.estimation.calibration.photo.crosses_in",
+        lambda *words: asked.append(words) or seen,
+    )
+    calibrated = given("estimation.calibration.calibrate.calibrate")
+    words = "calibrate --from-drawing A4 --photo photo.png --working 1 -1"
+    with pytest.raises(Reached):
+        main(words.split())
+    (machine, *rest), found = asked
+    assert machine.robot == ROBOT and rest == ["A4", [1, -1]]
+    assert found == (Path("photo.png"), drawn, "A4", None) or found[0] == "photo.png"
+    file = Path("fivebar-sheet", "crosses.csv")
+    assert calibrated[1] == str(file)
+    np.testing.assert_allclose(table_of(file)[1], seen)
+    usual = "l11 l12 l21 l22 d offset1 offset2".split()
+    assert calibrated[2] == (*usual, "x0", "y0", "turn")
+    with pytest.raises(Reached):
+        main([*words.split(), "--unknown", "x0", "--out", "own"])
+    assert calibrated[2] == ("x0",) and Path("own", "crosses.csv").exists()
+
+
+def test_calibrations_without_what_they_need_are_refused(here, capsys):
+    for words, message in (
+        ("", "calibrate needs a file of measured data, or --from-drawing A5"),
+        ("--photo a.png", "--photo is of a test drawing: give --from-drawing A4 or A5, too"),
+        ("x.csv --photo a.png --from-drawing A5", "it goes without measured data"),
+        ("--from-drawing A5 --robot biglide", "biglide"),
+    ):
+        assert main(["calibrate", *words.split()]) == 2
+        assert message in capsys.readouterr().err
+    assert calibrate_command.OPTIONS["--from-drawing A4|A5"]
+
+
+# sweep and design, export, play, run
+
+
+def test_a_design_is_printed_and_written(ran):
+    words = "design bars --bound l1=0.1 --bound l2=0.1:0.2 --bound d=0.1 --effort 0.1"
+    told = ran(f"{words} --out out --plot robot.svg")
+    assert told.err.split() == ["out", "robot.svg"] and "<svg" in Path("robot.svg").read_text(
+        "utf-8"
+    )
+    assert "bars = 0.4 m (min)" in told.out.splitlines()
+    assert Path("out/robot.png").read_bytes()[1:4] == b"PNG"
+    robot = fb.load_robot("out/robot.json")
+    assert (robot.l11, robot.l12, robot.d) == pytest.approx((0.1, 0.1, 0.1))
+    (found,) = json.loads(ran(f"{words} --json").out)
+    assert found["values"] == {"bars": pytest.approx(0.4)}
+    assert json.loads(Path("out/design.json").read_text("utf-8"))
+
+
+def test_an_export_is_that_of_python(ran):
+    words = "export --to mjcf --step 0.002 --start 0.1 0.2 --assembly 1 --name mine"
+    start = fb.dgm(ROBOT, (0.1, 0.2), 1)
+    text = fb.export(ROBOT, "mjcf", step=0.002, start=start, name="mine")
+    assert ran(words).out == text and text != fb.export(ROBOT, "mjcf", name="mine")
+    assert ran(f"{words} --out robot.xml").out == "robot.xml\n"
+    assert Path("robot.xml").read_text("utf-8") == text
+
+
+def test_a_page_is_served_until_ctrl_c(ran, monkeypatch):
+    from http.server import ThreadingHTTPServer
+    from threading import Thread
+
+    pages = []
+
+    def visited(server):
+        visit = Thread(target=server.handle_request)
+        visit.start()
+        with urlopen(f"http://127.0.0.1:{server.server_port}/") as page:
+            pages.append((server.server_port, page.read().decode()))
+        visit.join()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ThreadingHTTPServer, "serve_forever", visited)
+    told = ran("play --serve")
+    ((port, page),) = pages
+    assert told.out == f"http://127.0.0.1:{port}/\n" and "until Ctrl C" in told.err
+    ran("play --out page.html")
+    assert page == Path("page.html").read_text("utf-8")
+
+
+def test_pages_of_play_say_their_files(ran, here):
+    told = ran("play --site site --address https://example.org/robot --link").out.splitlines()
+    *files, link = told
+    assert all(Path(file).exists() for file in files) and Path("site/index.html") in map(
+        Path, files
+    )
+    assert "https://example.org/robot" in Path("site/index.html").read_text("utf-8")
+    assert link.startswith("#") and "--site DIR" in ran("play --address https://a.b", 2).err
+    fb.Machine(ROBOT, tool=fb.Tool(1, 0.02)).save(here / "robot.toml")
+    told = ran("play --robot robot.toml --fs1 0.1")
+    assert rows_of(told.out)["loci of the page"] == "those of joint C, not of the tool"
+    assert "dry friction (fs1, fs2) is left out" in told.err
+
+
+@pytest.mark.parametrize("code", [0, 3, -9])
+def test_a_script_ends_the_command_with_its_code(code, here, monkeypatch, capsys):
+    """Also after Ctrl-C, which is the script's own."""
+    ends = [KeyboardInterrupt, code]
+
+    def wait():
+        end = ends.pop(0)
+        if isinstance(end, int):
+            return end
+        raise end
+
+    monkeypatch.setattr("subprocess.Popen", lambda *words, **how: SimpleNamespace(wait=wait))
+    (here / "mine.py").write_text("", "utf-8")
+    if code < 0:
+        assert main(["run", "mine.py"]) == 1
+        assert capsys.readouterr().err == "fivebar: mine.py was ended by signal 9\n"
+    else:
+        with pytest.raises(SystemExit) as ended:
+            main(["run", "mine.py"])
+        assert ended.value.code == code
+
+
+# How a command ends
+
+
+@pytest.mark.parametrize(
+    "error, code, said",
+    [
+        (KeyboardInterrupt(), 130, "fivebar: interrupted\n"),
+        (KeyboardInterrupt("interrupted: 2 are done"), 130, "fivebar: interrupted: 2 are done\n"),
+        (BrokenPipeError(), 1, ""),
+        (FileNotFoundError(2, "No such file", "a.csv"), 1, "fivebar: a.csv: No such file\n"),
+        (MemoryError("too\nmuch"), 1, "fivebar: too much\n"),
+        (ValueError("a\x1b[31m"), 1, "fivebar: a\\x1b[31m\n"),
+        (fb.base.errors.UsageError("wrong"), 2, "fivebar: wrong\n"),
+    ],
+)
+def test_an_error_is_one_line_and_a_code(error, code, said, monkeypatch, capsys):
+    def fails(*words, **names):
+        raise error
+
+    monkeypatch.setattr("fivebar.study.speed_accuracy.making.make", fails)
+    monkeypatch.setattr("fivebar.exporters.export.export", fails)
+    assert main(["export", "--to", "mjcf"] if code == 130 else ["chart", "all"]) == code
+    assert capsys.readouterr().err == said
+    if code == 130:
+        assert main(["chart", "all", "--out", "own"]) == 130
+        kept = "what was measured is kept in own; the same command goes on there"
+        assert kept in capsys.readouterr().err
+
+
+def test_a_full_disk_behind_stdout_is_said(here, monkeypatch, capsys):
+    with open(here / "file", "w", encoding="utf-8") as file:
+
+        def flush():
+            raise OSError(28, "No space left on device")
+
+        full = SimpleNamespace(write=file.write, flush=flush, fileno=file.fileno)
+        monkeypatch.setattr("sys.stdout", full)
+        assert main(["export", "--to", "mjcf"]) == 1
+    assert capsys.readouterr().err == "fivebar: stdout: No space left on device\n"
+
+
+def test_help_says_what_is_the_scripts(capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    assert "what follows -- is the script's" in " ".join(capsys.readouterr().out.split())
+
+
+def test_charts_are_named_with_their_files(ran, monkeypatch):
+    asked = []
+
+    def make(*words):
+        asked.append(words)
+        return {name: None for name in words[0][:2]}
+
+    monkeypatch.setattr("fivebar.study.speed_accuracy.making.make", make)
+    told = ran("chart geometry --out own --quick").out.splitlines()
+    files = [Path("own", f"geometry{end}") for end in (".csv", ".png", ".svg")]
+    assert list(map(Path, told)) == [*files, Path("own/index.html")]
+    assert len(ran("chart all").out.splitlines()) == 7
+    (one, every) = asked
+    assert one == (["geometry"], Path("own"), True) and every[1:] == (Path("charts"), False)
+    assert "geometry" in every[0] and len(every[0]) > 2
+
+
+# grade
+
+
+def test_hints_come_on_their_day():
+    lab = find_lab("lab1")
+    today = datetime.date.today()
+    for days, expected in ((1, True), (0, False), (-1, False)):
+        day = (today + datetime.timedelta(days=days)).isoformat()
+        assert grade.hints_from(Namespace(hints_from=day), lab) == (day if expected else "")
+    assert grade.hints_from(Namespace(hints_from=None), lab) == ""
+    with pytest.raises(fb.base.errors.UsageError, match="'soon' is no day; write it as 2027-01-31"):
+        grade.hints_from(Namespace(hints_from="soon"), lab)
+
+
+def test_what_is_not_graded_is_said_of_each_student(capsys):
+    many = [("anna", Left(f"{k}.txt", "no program")) for k in range(8)]
+    others = [("", Left("a.rar", "no zip")), ("bob", Left(".x", "hidden"))]
+    grade_folder._print_ignored([*many, *others, ("carl", Left("b.txt", "no program"))])
+    unread, anna, carl = capsys.readouterr().err.splitlines()
+    assert unread == "not graded: a.rar: no zip"
+    listed = ", ".join(f"{k}.txt (no program)" for k in range(6))
+    assert anna == f"anna: also there, not graded: {listed}, ..."
+    assert carl == "carl: also there, not graded: b.txt (no program)"
+
+
+def programs_of(folder, sources):
+    found = []
+    for name, source in sources.items():
+        (folder / name).write_text(source, "utf-8")
+        found.append(ProgramFile(folder / name, "", name))
+    return HandIn("anna", "", (folder,), tuple(found), ())
+
+
+def test_the_best_of_a_hand_ins_controllers_counts(here, monkeypatch):
+    """Of at most three, or of those that are named so; models and classes of robots are none."""
+    asked = []
+
+    def tried(student, name, text, rest, modules, how):
+        asked.append((student, name, text, rest, how))
+        return mark.Tried(student, name, {"points": len(name)})
+
+    monkeypatch.setattr(mark, "_tried", tried)
+    drives = "robot.apply_efforts()\n"
+    none = {"models.py": "", "robot.py": f"class Robot:\n    {drives}"}
+    assert mark._best(programs_of(here, none), "how").trouble == "no controller"
+    assert not asked
+    best = mark._best(programs_of(here, none | {"a.py": drives, "long.py": drives}), "how")
+    assert best.name == "long.py" and best.student == "anna"
+    assert asked == [("anna", name, drives, [], "how") for name in ("a.py", "long.py")]
+    asked.clear()
+    four = {f"{name}.py": drives for name in "abcd"}
+    lost = mark._best(programs_of(here, four), "how")
+    assert lost.trouble == "4 programs call apply_efforts: which one is the controller?"
+    assert lost.tracking is None and lost.points == -1.0 and not asked
+    assert mark._best(programs_of(here, four | {"my_control.py": drives}), "how").name == (
+        "my_control.py"
+    )
+    assert len(asked) == 1
+
+
+def test_marks_of_a_folder_are_told_as_json(here, ran, monkeypatch):
+    (here / "course" / "anna").mkdir(parents=True)
+    (here / "course" / "anna" / "control.py").write_text("robot.apply_efforts()\n", "utf-8")
+    tried = mark.Tried("anna", "control.py", {"points": 3.0}, "late", "hello", object())
+    monkeypatch.setattr(mark, "_tried", lambda *words: tried)
+    told = ran("run course --mark 1 --json").out
+    expected = vars(tried) | {"run": None}
+    assert told == json.dumps([expected], indent=2) + "\n"
