@@ -6,6 +6,7 @@ import json
 from argparse import Namespace
 from copy import copy
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from urllib.request import urlopen
@@ -946,3 +947,332 @@ def test_marks_of_a_folder_are_told_as_json(here, ran, monkeypatch):
     told = ran("run course --mark 1 --json").out
     expected = vars(tried) | {"run": None}
     assert told == json.dumps([expected], indent=2) + "\n"
+
+
+# What is in the help
+
+GROUPS = {
+    "calibrate": ["robot"],
+    "certify": ["robot"],
+    "check": [],
+    "design": ["task", "robot"],
+    "draw": ["place", "speed", "drives", "proof", "G-code", "robot"],
+    "grade": ["a folder of submissions"],
+    "identify": ["what was logged", "robot"],
+    "plan": ["from where to where", "problem", "robot"],
+    "sweep": ["designs", "task", "robot"],
+    "track": ["path", "robot"],
+    "linkage four-bar": ["study"],
+}
+WITHOUT_WORDS = "problem", "a folder of submissions"
+
+
+@pytest.mark.parametrize("command", GROUPS)
+def test_options_stand_in_their_groups(command, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "200")
+    with pytest.raises(SystemExit):
+        main([*command.split(), "--help"])
+    lines = capsys.readouterr().out.splitlines()
+    indented = [k for k, line in enumerate(lines[1:]) if line.startswith("  ")]
+    heads = [k for k in indented if lines[k].endswith(":") and lines[k][0] != " "]
+    own = [k for k in heads if lines[k] not in ("positional arguments:", "options:")]
+    assert [lines[k][:-1] for k in own] == GROUPS[command]
+    for k in own:
+        is_text = not lines[k + 1].strip().startswith("-")
+        assert is_text != (lines[k][:-1] in WITHOUT_WORDS)
+    # A line of help says what each option is for, on its own line or the next.
+    for k, line in enumerate(lines):
+        if line.startswith("  --") and line.split()[0] not in ("--branch", "--from", "--to"):
+            words = " ".join([line, *lines[k + 1 : k + 2]]).split("  ")
+            assert len([each for each in words if each.strip()]) > 1, line
+
+
+def test_no_command_is_wrong_usage(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["--"])
+    assert ended.value.code == 2 and "COMMAND" in capsys.readouterr().err
+
+
+# What is given on
+
+
+def test_the_simulation_of_a_drawing_is_as_its_options_say(here, given, monkeypatch):
+    with_line(here)
+    trackers = []
+    monkeypatch.setattr("fivebar.control.matched.matched", lambda *words: trackers.append(words))
+    simulated = given("simulation.simulate.simulate")
+    words = "draw line.csv --as-drawn --working -1 1 --torque-limit 0.2 --reserve 0.5"
+    for more, period, step, counts, delay in (
+        ("--counts-per-turn 4096 --delay 2 --period 0.0204", 0.0204, 0.00102, 4096, 2),
+        ("--lead 0.012 --period 0.0004 --acceleration-limit 0.5", 0.0004, 0.0004, None, 0),
+        ("--speed-limit 0.1", None, None, None, 0),
+    ):
+        with pytest.raises(Reached):
+            main([*words.split(), *more.split()])
+        resolution = counts and 2 * np.pi / counts
+        assert simulated["measurement"].delay == delay
+        assert simulated["measurement"].encoder_resolution == resolution
+        motion = simulated[2]
+        assert bool(motion.pen(np.zeros(1))[0]) == ("--lead" not in more)
+        robot, peak, own, drives, assembly, *rest = trackers.pop()
+        assert robot == ROBOT and rest == [delay, resolution] and drives.torque == (0.2, 0.2)
+        assert assembly == int(fb.igm(ROBOT, (-0.01, 0.06), (-1, 1)).assembly)
+        assert simulated["control_period"] == own and simulated["torque_limit"] == 0.2
+        t = np.linspace(0.0, motion.duration, 2001)
+        largest = np.linalg.norm(motion(t)[2], axis=1).max()
+        assert peak == pytest.approx(largest, rel=0.05)
+        if period:
+            assert own == period and simulated["step"] == pytest.approx(step)
+        else:
+            assert simulated["step"] == pytest.approx(own / max(1, round(1e3 * own)))
+    start = fb.simulation.simulate.start_with(ROBOT, motion, None)
+    assert tuple(start.pose.working) == (-1, 1) and not start.xi_dot.any()
+
+
+@pytest.mark.parametrize("is_gcode", [False, True])
+def test_the_picture_of_a_drawing_shows_what_is_drawn(is_gcode, here, monkeypatch):
+    drawn = []
+    module = import_module("fivebar.visualization.plot.drawing")  # Its function has its name.
+    monkeypatch.setattr(module, "drawing", lambda *words: drawn.append(words))
+    monkeypatch.setattr("fivebar.base.tables.saved", lambda *_, dpi: None)
+    path = fb.path([(0.0, 0.1), (0.02, 0.1)])
+    motion = SimpleNamespace(duration=1.23456, working=(1, -1), path=path)
+    machine = fb.Machine(ROBOT, frame=fb.Placement((0.1, 0.0)))
+    options = Namespace(out=here, format="gcode" if is_gcode else "csv")
+    assert draw._picture(options, machine, motion, None, None) == here / "drawing.png"
+    tip = np.linspace((0.0, 0.1), (0.02, 0.1), 6)
+    down = np.array([1, 1, 0, 1, 1, 1], bool)
+    off = 1e-6 * np.array([1.0, 2.0, 9.0, 3.0, 4.0, 5.0])
+    draw._picture(options, machine, motion, draw.Drawn(tip, off, down, {}), "page")
+    (_, _, _, none, nothing, title, *_), words = drawn
+    assert not none and not nothing and title == "drawn in 1.235 s"
+    robot, working, _, tips, errors, title, tool, name, page, frame = words
+    assert (robot, working, tool, page, frame) == (ROBOT, (1, -1), None, "page", machine.frame)
+    assert [each.tolist() for each in errors] == [off[:2].tolist(), off[3:].tolist()]
+    assert [len(each) for each in tips] == [2, 3] and tips[1][0].tolist() == tip[3].tolist()
+    assert title == "drawn in 1.235 s, within 5 µm"
+    assert name == ("the G-code" if is_gcode else "the simulated robot")
+
+
+def test_a_map_of_a_tool_is_of_its_regions(ran, here, pictured, monkeypatch):
+    tool = fb.Tool(1, 0.02)
+    fb.Machine(ROBOT, tool=tool).save(here / "robot.toml")
+    asked, shown, pages = [], [], []
+
+    def regions(*words):
+        asked.append(words)
+        return fb.aspects(ROBOT)[:2]
+
+    monkeypatch.setattr("fivebar.paths.placing.tool_regions.tool_regions", regions)
+    monkeypatch.setattr(
+        "fivebar.constraints.feasible.feasible_parts", lambda part: shown.append(part) or (part,)
+    )
+    monkeypatch.setattr(
+        "fivebar.visualization.pages.linked.map_page",
+        lambda data, path, along, regions: pages.append((path, along, regions)),
+    )
+    monkeypatch.setattr("fivebar.constraints.disc.bounded_by", None)
+    rows = [f"{t},{0.05 + 0.005 * t},{0.09 + 0.0025 * t}" for t in range(9)]
+    (here / "path.csv").write_text("\n".join(["t_s,x_m,y_m", *rows]), "utf-8")
+    fake_parts(monkeypatch)
+    words = "map --nodes 3 --robot robot.toml --sin 0.2 --page page.html --path path.csv"
+    told = ran(f"{words} --graph graph.png")
+    assert "of the aspects of joint C, without the tool" in told.err
+    bounded, plain = asked
+    assert bounded[:3] == (tool, ROBOT, None) and bounded[3].sin == 0.2 and bounded[4] is None
+    assert plain == (tool, ROBOT) and len(shown) == 2
+    ((path, along, found),) = pages
+    assert path == Path("page.html") and found == pictured["regions"]
+    np.testing.assert_allclose(along[[0, -1]], [(0.05, 0.09), (0.09, 0.11)], atol=1e-12)
+    listed = [line for line in told.out.splitlines() if line.startswith(("     1", "     2"))]
+    assert len(listed) == 4
+
+
+def test_what_takes_long_shows_how_much_is_done(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        "fivebar.base.progress.progress", lambda each, **how: asked.append(how) or each
+    )
+    fake_parts(monkeypatch)
+    machine = fb.Machine(ROBOT)
+    parts = [SimpleNamespace(number=1)]
+    map_command._largest(machine, parts, None)
+    map_command._board(machine, parts, None, (0.1, 0.1))
+    monkeypatch.setattr("fivebar.constraints.feasible.feasible_parts", lambda part: (part,))
+    map_command._feasible(machine, fb.Constraints(half_planes=[(0, 1, 0)]), None)
+    assert [how["desc"] for how in asked] == ["discs", "boards", "regions"]
+    assert all(how["delay"] > 1 and not how["leave"] for how in asked)
+
+
+def test_a_proof_is_checked_by_its_file(ran, here, monkeypatch):
+    with_line(here)
+    bars = []
+    told = ran("certify line.csv --out proof.json --tolerance 1e-5").out.splitlines()
+    assert told[-1] == "proof.json"
+    claim = json.loads(Path("proof.json").read_text("utf-8"))
+    monkeypatch.setattr(
+        "fivebar.base.progress.progress", lambda each, **how: bars.append(how) or each
+    )
+    proved = ran("certify --check proof.json").out
+    assert told[-2] == proved.strip() and bars[0]["desc"] == "check"
+    begin = f"proved on {len(claim['pieces'])} pieces: l11 = 0.09 +- 1e-05 m, "
+    assert proved.startswith(begin) and "working [-1, -1], assembly -1, margin 0" in proved
+    Path("false.json").write_text(
+        Path("proof.json").read_text("utf-8").replace("0.118", "0.119"), "utf-8"
+    )
+    assert ran("certify --check false.json", 1).err.startswith("fivebar: false.json: refused: ")
+
+
+def test_what_a_path_is_read_with(here, given):
+    with_line(here)
+    read = given("paths.reading.read.path")
+    more = "line.csv --deviation 1mm --units mm --columns x=East"
+    shared = {0: "line.csv", "deviation": 1e-3, "units": "mm", "columns": ["x=East"]}
+    with pytest.raises(Reached):
+        main(f"draw {more} --pen-values 1 5".split())
+    assert read == shared | {"pen_values": [1.0, 5.0]}
+    with pytest.raises(Reached):
+        main(f"draw {more} --pen-values 1 5 --format gcode --pen Z".split())
+    assert read == shared | {"pen_values": None}
+    read.clear()
+    with pytest.raises(Reached):
+        main(f"certify {more} --shift 0.1 0.2 --turn-deg 90 --scale 2".split())
+    assert read.pop("placement") == fb.Placement((0.1, 0.2), np.pi / 2, 2.0)
+    assert read == shared
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        ("sdf --closure joint --step 0.002", {"closure": "joint", "step": 0.002}),
+        ("ros2_control --plugin mine/System", {"plugin": "mine/System"}),
+    ],
+)
+def test_options_of_an_export(words, expected, here, given):
+    found = given("exporters.export.export")
+    with pytest.raises(Reached):
+        main(["export", "--to", *words.split()])
+    assert found.pop(0).robot == ROBOT and found == {1: words.split()[0], 2: None} | expected
+
+
+def test_a_tracker_for_a_fast_motion_is_matched_to_it(here, given, monkeypatch):
+    monkeypatch.setattr("fivebar.control.matched.asks_for_it", lambda *words: words[2:] + (7.0,))
+    found = given("control.matched.matched")
+    with pytest.raises(Reached):
+        main(f"{LINE} --controller mpc --period 0.02 --torque-limit 0.2 --working 1 -1".split())
+    robot, peak, period, limits, assembly = (found[k] for k in range(5))
+    assert robot == ROBOT and peak == (0.02, 0.2, (1, -1), 7.0) and period == 0.02
+    assert limits.torque == (0.2, 0.2)
+    assert assembly == int(fb.igm(ROBOT, (0.09, 0.068), (1, -1)).assembly)
+
+
+def test_a_live_page_has_the_tool_and_its_point(here, given):
+    tool = fb.Tool(1, 0.02)
+    machine = fb.Machine(ROBOT, tool=tool)
+    machine.save(here / "robot.toml")
+    found = given("visualization.play.play")
+    with pytest.raises(Reached):
+        main("play --robot robot.toml --xi 0.05 0.1 --working 1 -1".split())
+    assert found[0] == ROBOT and found["tool"] == tool
+    assert tool.point(found[1]) == pytest.approx((0.05, 0.1))
+    with pytest.raises(Reached):
+        main(["play"])
+    assert found[1] is None and found["tool"] is None
+
+
+def test_the_stroke_of_a_straight_line_is_said(ran):
+    told = ran("linkage straight-line hoeken").out
+    mechanism = fb.linkages.straight_line("hoeken")
+    line = fb.linkages.straightness(mechanism)
+    first, last = np.degrees(sorted(mechanism.stroke))
+    assert (
+        f"straight stroke {line.stroke:.6g} m with the crank from {first:.6f} to {last:.6f}" in told
+    )
+    assert f"{line.deviation:.6g} m, band {line.band:.6g} m, {100 * line.ratio:.4g} %" in told
+    assert f"source: {mechanism.source}" in told
+
+
+REFUSED = {
+    "design bars --plot a.txt": "--plot must end in .png, .svg or .pdf, not 'a.txt'",
+    f"{FOUR_BAR} --plot a.txt": "--plot must end in .png, .svg or .pdf, not 'a.txt'",
+    f"{FOUR_BAR} --turns 0": "--turns must be finite and > 0",
+    "play --out a.txt": "--out must end in .html or .htm, not 'a.txt'",
+    "run here.py --bag here": "--bag here is a folder already",
+    "run here.py --record none/a.csv": "--record none/a.csv: no such folder",
+    "run here.py --animate a.txt": "--animate must end in .html, .gif, .mp4, .webm or .png",
+    "map --labels x": "--labels must be NAME=TEXT, not 'x'",
+    "map --space joint --path a.csv": "are of task space only",
+    "map --space joint --load 0 1 --torque-limit 1": "are of task space only",
+    "certify a.csv --check b.json": "certify needs a path's file, or --check and a proof",
+    "identify here.py --counts-per-turn 1 2 3": "--counts-per-turn takes one number or two, not 3",
+    "sweep bars --mark l1=0.1 --grid l1=0.1": "--mark is of --plot FILE",
+    "grade lab1 here.py here.py": "several submissions are graded in folders",
+}
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_what_cannot_be_is_refused_by_name(words, here, capsys):
+    (here / "here.py").write_text("", "utf-8")
+    (here / "here").mkdir()
+    assert main(words.split()) == 2
+    assert REFUSED[words] in capsys.readouterr().err
+
+
+def test_a_secret_has_eight_bytes(tmp_path, monkeypatch):
+    for count in (7, 8):
+        text = "x" * count
+        (tmp_path / "secret").write_text(f"{text}\n", "utf-8")
+        for source in ("file", "environment"):
+            if source == "environment":
+                monkeypatch.setenv(grade.SECRET, text)
+            path = tmp_path / "secret" if source == "file" else None
+            if count == 8:
+                assert grade._secret(path) == text.encode()
+            else:
+                with pytest.raises(fb.base.errors.UsageError, match="fewer than 8 bytes"):
+                    grade._secret(path)
+    assert grade._secret(None) is None
+
+
+def test_a_hand_in_of_two_labs_is_graded_in_each(here, monkeypatch, capsys):
+    """What else is there is said; where several could be meant, that lab's trouble is graded."""
+    folder = here / "anna"
+    folder.mkdir()
+    names = "five_bar_models.py", "biglide_models.py", "notes.txt", ".hidden", "helper.py"
+    for name in names:
+        (folder / name).write_text(f"# {name}\n", "utf-8")
+    jobs = []
+
+    def graded(lab, job, **how):
+        jobs.append((lab.name, job.path.name, job.trouble, job.student, len(job.siblings), how))
+        return SimpleNamespace(points=len(jobs))
+
+    monkeypatch.setattr("fivebar.grading.grade.grade", graded)
+    monkeypatch.setattr("fivebar.grading.judging.results.joined", lambda best: best)
+    lab = find_lab("amoro")
+    options = Namespace(file=folder, program=None)
+
+    def how(lab):
+        return {"student": f"anna in {lab.name}"}
+
+    found = grade._graded(options, lab, how)
+    watched = {"home": False, "watched": True}
+    assert jobs == [
+        ("amoro", "five_bar_models.py", "", "anna in amoro", 2, watched),
+        ("amoro-biglide", "biglide_models.py", "", "anna in amoro-biglide", 2, watched),
+    ]
+    assert [report.points for report in found] == [1, 2]
+    said = capsys.readouterr().err.splitlines()
+    assert said[:2] == [f"graded: anna/{name}" for name in names[:2]]
+    assert len(said) == 4 and said[2].startswith("not graded: anna/notes.txt: ")
+    assert said[3] == "not graded: anna/helper.py"
+    # The best of several versions counts; of too many none can be meant.
+    jobs.clear()
+    for k in range(6):
+        (folder / f"biglide_models ({k}).py").write_text(f"# {k}\n", "utf-8")
+    (folder / "biglide_models.py").unlink()
+    found = grade._graded(options, lab, how)
+    (_, *_), (name, file, trouble, student, _, how_it_is) = jobs
+    assert (name, file, student) == ("amoro-biglide", "anna", "anna in amoro-biglide")
+    assert "programs could be meant" in trouble and how_it_is == {}
+    assert f"amoro-biglide: {trouble}" in capsys.readouterr().err
