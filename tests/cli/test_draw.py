@@ -371,27 +371,6 @@ def test_plan_in_the_frame_of_a_machine(tmp_path):
     np.testing.assert_allclose(machine.frame(xi), rows[:, 1:3], atol=1e-9)
 
 
-def test_plan_between_modes(capsys):
-    ends = [
-        "--from",
-        "0",
-        "0.1",
-        "--to",
-        "0",
-        "0.1",
-        "--from-working",
-        "-1",
-        "-1",
-        "--to-working",
-        "-1",
-        "1",
-    ]
-    assert main(["plan", *ends, "--duration", "2", "--json"]) == 0
-    figures = json.loads(capsys.readouterr().out)
-    assert figures["working_at_the_end"] == [-1, 1]
-    assert {kind for _, kind in figures["singularity_crossings"]} == {1, 2}
-
-
 @pytest.mark.parametrize(
     "options, message",
     [

@@ -25,6 +25,7 @@ from fivebar.grading.labs import find_lab
 from fivebar.linkages import Study
 from fivebar.linkages.quantities import unit as unit_of
 from fivebar.planning.plan import LEAST_SIN
+from fivebar.simulation.comparison import Comparison
 from fivebar.visualization.style import length, of_unit
 
 ROBOT = fb.FiveBar()
@@ -71,6 +72,24 @@ def given(monkeypatch):
     return watch
 
 
+@pytest.fixture
+def unplotted(monkeypatch):
+    """Pictures that take half a second each are files with one word."""
+
+    def plot(self, path, **style):
+        Path(path).write_text("picture", "utf-8")
+
+    for kind in (fb.Run, fb.Plan, fb.Calibration, Comparison):
+        monkeypatch.setattr(kind, "plot", plot)
+    monkeypatch.setattr(fb.Run, "animate", plot)
+
+    def picture(arguments, *rest):
+        plot(None, arguments.out / "drawing.png")
+        return arguments.out / "drawing.png"
+
+    monkeypatch.setattr(draw, "_picture", picture)
+
+
 def rows_of(text):
     """{name: value} of what a command prints in two columns."""
     rows = (line.strip().partition("  ") for line in text.splitlines() if line.startswith("  "))
@@ -90,13 +109,13 @@ def with_line(folder):
 # track
 
 
-def test_a_tracks_table_is_of_its_run(ran, monkeypatch):
-    for name in ("plot", "animate"):  # which take a second
-        monkeypatch.setattr(fb.Run, name, lambda run, path: Path(path).write_text("", "utf-8"))
+def test_a_tracks_table_is_of_its_run(ran, unplotted):
     told = ran(f"{LINE} --torque-limit 0.02 --out out --page page.html").out
     files = [str(Path("out", name)) for name in ("run.csv", "tracking.png", "animation.html")]
     assert told.splitlines()[-4:] == [*files, "page.html"] and all(map(Path, files))
-    assert "<svg" in Path("page.html").read_text("utf-8") and Path(files[1]).exists()
+    assert (
+        "<svg" in Path("page.html").read_text("utf-8") and Path(files[1]).read_text() == "picture"
+    )
     run = fb.Run.from_csv(files[0])
     size = np.linalg.norm(run.error, axis=1)
     rows = rows_of(told)
@@ -122,7 +141,7 @@ def test_crossings_of_a_track_are_said(capsys):
     assert rows["largest joint error"] == "0.0100, 0.0200 mm" and rows["real-time factor"] == "3 ×"
 
 
-def test_a_comparison_is_printed_and_written(ran, monkeypatch):
+def test_a_comparison_is_printed_and_written(ran, unplotted, monkeypatch):
     line = fb.line((0.09, 0.068), (0.08, 0.075), 0.1)
     runs = {
         name: fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, kp, 20), line)
@@ -137,7 +156,7 @@ def test_a_comparison_is_printed_and_written(ran, monkeypatch):
         *files,
         "page.html",
     ]
-    assert Path(files[0]).read_bytes()[1:4] == b"PNG" and "<svg" in Path("page.html").read_text()
+    assert Path(files[0]).read_text() == "picture" and "<svg" in Path("page.html").read_text()
     for file, run in zip(files[1:], runs.values()):
         np.testing.assert_allclose(fb.Run.from_csv(file).xi, run.xi, atol=1e-12)
 
@@ -170,12 +189,13 @@ def test_gains_and_modes_of_a_controller(words, kind, kp, kd, here, given):
 # plan
 
 
-def test_a_plans_table_is_of_its_files(ran):
+def test_a_plans_table_is_of_its_files(ran, unplotted):
     ends = "--from 0 0.1 --to 0 0.1 --from-working -1 -1 --to-working -1 1"
     told = ran(f"plan {ends} --duration 2 --out out --rate 50 --angles deg").out
     files = [str(Path("out", name)) for name in ("plan.csv", "plan.png", "setpoints.csv")]
     assert told.splitlines()[-3:] == files
     plan = fb.Plan.from_csv(files[0])
+    assert Path(files[1]).read_text() == "picture"
     rows = rows_of(told)
     t = np.linspace(0.0, 2.0, 4001)
     left, right = 1e3 * np.abs(plan.torques(t)).max(axis=0)
@@ -238,7 +258,7 @@ def massless(folder):
     return "draw line.csv --robot robot.toml --rate 50 --out out"
 
 
-def test_a_drawing_lies_where_it_is_put(ran, here):
+def test_a_drawing_lies_where_it_is_put(ran, here, unplotted):
     words = f"{massless(here)} --at 0.01 0.1 --turn-deg 90 --scale 0.5"
     told = ran(f"{words} --angles counts --counts-per-turn 4096 --pen-time 0.2")
     files = [str(Path("out", name)) for name in ("drawing.png", "setpoints.csv", "proof.json")]
@@ -257,7 +277,7 @@ def test_a_drawing_lies_where_it_is_put(ran, here):
     assert rows["middle of it"] == "(10, 100) mm" and rows["certified"] == "yes, proof.json"
 
 
-def test_a_drawing_is_certified_where_it_is_proved(ran, here):
+def test_a_drawing_is_certified_where_it_is_proved(ran, here, unplotted):
     words = f"{massless(here)} --as-drawn --json"
     for tolerance, certified in (("1e-5", True), ("0.02", False)):
         told = ran(f"{words} --tolerance {tolerance}")
@@ -271,7 +291,7 @@ def test_a_drawing_is_certified_where_it_is_proved(ran, here):
     assert figures["smallest_margin"] == pytest.approx(margin)
 
 
-def test_drives_get_a_file_in_their_own_counts(ran, here):
+def test_drives_get_a_file_in_their_own_counts(ran, here, unplotted):
     words = f"{massless(here)} --as-drawn --drive 4096"
     ran(f"{words} --zero-counts 100 -200 --wrap")
     _, rows = table_of("out/setpoints.csv")
@@ -280,7 +300,9 @@ def test_drives_get_a_file_in_their_own_counts(ran, here):
     counts = 4096 * rows[:, 3:5] / (2 * np.pi) + (100, -200)
     off = np.array(table, float)[:, 1:3] - counts
     np.testing.assert_allclose(off, 4096 * np.round(off / 4096), atol=0.5 + 1e-6)
-    told = ran(f"{words} --binary")
+    # Of counts a turn nothing is asked but the resolution, where the angles are not in counts.
+    told = ran(f"{words} --binary --counts-per-turn 4096")
+    np.testing.assert_allclose(table_of("out/setpoints.csv")[1], rows)
     assert str(Path("out", "drives.bin")) in told.out.splitlines()
     assert len(Path("out/drives.bin").read_bytes()) % 4 == 0
     assert "fivebar: " in ran(f"{words[:-4]}none", 2).err
@@ -330,7 +352,7 @@ def test_a_page_is_placed_as_a_whole(monkeypatch, here):
         draw_place.placed(Namespace(**options | page | {"scale": 5.0}), machine, path)
 
 
-def test_motors_keep_a_share_in_reserve(monkeypatch):
+def test_motors_keep_a_share_in_reserve(monkeypatch, capsys):
     asked = []
 
     def timed(robot, path, duration, constraints, working):
@@ -349,6 +371,7 @@ def test_motors_keep_a_share_in_reserve(monkeypatch):
     for weak in kept.motors:
         assert weak.stall == pytest.approx(0.75 * motor.stall) and weak.speed == motor.speed
     assert drives.motors == (motor, motor) and drives.torque == pytest.approx((motor.torque,) * 2)
+    assert capsys.readouterr() == ("", "fivebar: slow: so slow\n")
     with pytest.raises(ValueError, match="slow: so slow. Nothing is written without"):
         draw._timed(Namespace(**options | {"accept_slow": False}), machine, None, (1, -1))
     # Without limits the pen has usual ones; with a speed alone, the usual acceleration.
@@ -567,6 +590,23 @@ def test_a_path_is_checked_in_each_mode(ran, here, pictured):
         assert row["singularity_free"] == check.singularity_free
 
 
+def test_a_map_for_a_load_uses_what_bounds_it(ran, here, pictured, monkeypatch):
+    """The force is turned into the robot's frame; both motors have the torque."""
+    machine = fb.Machine(ROBOT, frame=fb.Placement((0.0, 0.0), np.pi / 2), offset=(0.1, 0.0))
+    machine.save(here / "robot.toml")
+    asked = []
+    monkeypatch.setattr(map_command, "_feasible", lambda *words: asked.append(words))
+    words = "map --nodes 3 --robot robot.toml"
+    for more, torque in (("--load 0 -2 --torque-limit 0.3", (0.3, 0.3)), ("", None)):
+        told = ran(f"{words} {more}")
+        used, note = machine.used_by("map --load" if more else "map")
+        given_machine, kept, load = asked.pop()
+        assert given_machine == used and (note in told.err if note else not told.err)
+        assert (load and load.torque) == torque and kept == used.on_poses
+        if load:
+            np.testing.assert_allclose(load.force, (-2.0, 0.0), atol=1e-12)
+
+
 # linkage
 
 
@@ -643,7 +683,7 @@ def test_a_press_without_weights():
 # calibrate
 
 
-def test_a_calibration_is_told_and_written(ran, here):
+def test_a_calibration_is_told_and_written(ran, here, unplotted):
     built = fb.FiveBar(l11=0.0903, l12=0.0898)
     poses = fb.measurement_poses(ROBOT, 8, criterion="D")
     xi = fb.dgm(built, poses.q, poses.assembly).xi + 1e-4 * np.sin(np.arange(16)).reshape(8, 2)
@@ -668,7 +708,7 @@ def test_a_calibration_is_told_and_written(ran, here):
     for name, bounds in result.intervals().items():
         assert found["intervals_95"][name] == pytest.approx(list(bounds))
         assert found["profile_95"][name] == pytest.approx(list(bounds), rel=1e-3)
-    assert Path("out/calibration.png").read_bytes()[1:4] == b"PNG"
+    assert Path("out/calibration.png").read_text() == "picture"
     text = Path("out/calibration.txt").read_text("utf-8")
     assert text.startswith(str(result)) and "by profile likelihood, SI units:\nl11: " in text
     again = fb.Calibration.from_json("out/calibration.json")
@@ -1072,12 +1112,16 @@ def test_a_map_of_a_tool_is_of_its_regions(ran, here, pictured, monkeypatch):
         lambda data, path, along, regions: pages.append((path, along, regions)),
     )
     monkeypatch.setattr("fivebar.constraints.disc.bounded_by", None)
+    lost = fb.UnreachableError("the tool cannot", 0.1)
+    monkeypatch.setattr(map_command, "_checked", lambda machine, path, working: lost)
     rows = [f"{t},{0.05 + 0.005 * t},{0.09 + 0.0025 * t}" for t in range(9)]
     (here / "path.csv").write_text("\n".join(["t_s,x_m,y_m", *rows]), "utf-8")
     fake_parts(monkeypatch)
     words = "map --nodes 3 --robot robot.toml --sin 0.2 --page page.html --path path.csv"
     told = ran(f"{words} --graph graph.png")
     assert "of the aspects of joint C, without the tool" in told.err
+    said = [line for line in told.out.splitlines() if line.startswith("path in working mode ")]
+    assert len(said) == 4 and all(line.endswith(": the tool cannot") for line in said)
     bounded, plain = asked
     assert bounded[:3] == (tool, ROBOT, None) and bounded[3].sin == 0.2 and bounded[4] is None
     assert plain == (tool, ROBOT) and len(shown) == 2

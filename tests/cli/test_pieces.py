@@ -572,8 +572,8 @@ def test_a_sheet_to_draw_says_its_files(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("fivebar.estimation.calibration.sheet.sheet", lambda *_: drawn)
     folder = tmp_path / "sheet"
     assert main(["calibrate", "--from-drawing", "A5", "--out", str(folder)]) == 0
-    first, second, third, *_ = capsys.readouterr().out.splitlines()
+    first, second, third, fourth, *_ = capsys.readouterr().out.splitlines()
     assert (
         written == [folder / "sheet.csv", folder / "distances.csv"] == [Path(first), Path(second)]
     )
-    assert "--at 0.02 0.11 --working 1 -1" in third
+    assert "--at 0.02 0.11 --working 1 -1" in third and "the 7 distances between crosses" in fourth

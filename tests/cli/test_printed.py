@@ -69,16 +69,6 @@ def test_the_table_of_a_front(capsys):
     ]
 
 
-def test_a_sheet_says_where_it_is_drawn(tmp_path, monkeypatch, capsys):
-    path = fb.path([(0.01, 0.08), (0.03, 0.12)])
-    nothing = {name: lambda file: None for name in ("drawing_to_csv", "distances_to_csv")}
-    drawn = SimpleNamespace(path=path, working=(1, -1), pairs=[(0, 1)] * 4, **nothing)
-    monkeypatch.setattr("fivebar.estimation.calibration.sheet.sheet", lambda *given: drawn)
-    assert main(["calibrate", "--from-drawing", "A5", "--out", str(tmp_path)]) == 0
-    said = capsys.readouterr().out
-    assert "--at 0.02 0.1 --working 1 -1" in said and "the 4 distances" in said
-
-
 def test_intervals_by_profile_are_asked_for_and_printed(tmp_path, monkeypatch, capsys):
     (tmp_path / "data.csv").write_text("q1,q2,x,y\n", "utf-8")
 
