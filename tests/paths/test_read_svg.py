@@ -143,6 +143,62 @@ def test_what_is_seen_where(body, ends):
     np.testing.assert_allclose(lines, [(x, 50 - y, u, 50 - v) for x, y, u, v in ends], atol=1e-9)
 
 
+BOX = '<rect stroke="black" fill="none" width="10" height="5"/>'
+
+
+@pytest.mark.parametrize(
+    "body, corners",  # by hand, in mm from the upper left
+    [
+        (f'<svg x="20" y="20" width="10" height="10" viewBox="0 0 20 20">{BOX}</svg>', (20, 25)),
+        (
+            '<svg x="2" y="3" width="40" height="40" viewBox="0 0 20 20">'
+            f'<svg width="5" height="5" viewBox="0 0 10 10">{BOX}</svg></svg>',
+            (2, 12),
+        ),
+        (f'{BOX}<rect height="40"/>', (0, 10)),  # without a width, of which its svg has one
+        (f'<defs><g id="g">{BOX}</g></defs><svg x="9"><use href="#g"/></svg>', (0, 10)),
+    ],
+)
+def test_no_place_or_size_is_taken_from_around(body, corners):
+    x0, _, x1, _ = np.multiply(1e3, box(read(body)))
+    np.testing.assert_allclose((x0, x1), corners, atol=1e-9)
+
+
+DISC = '<circle cx="50" cy="25" r="20"/>'
+
+
+@pytest.mark.parametrize(
+    "hidden, note",
+    [
+        *((f'<{tag} id="a">{DISC}</{tag}>', "") for tag in ("marker", "mask", "symbol")),
+        *((f'<{tag} id="a">{DISC}</{tag}>', "") for tag in ("clipPath", "pattern")),
+        (f'<g display="none">{DISC}</g>', ""),
+        (f'<g visibility="hidden">{DISC}</g>', "invisible shapes are not drawn (line 2)"),
+        (f'<g opacity="0"><g opacity="1">{DISC}</g></g>', "invisible shapes are not drawn"),
+        (f"<style>circle{{opacity:0.0%}}</style>{DISC}", "invisible shapes are not drawn"),
+        (f'<g fill-opacity="0">{DISC}</g>', "invisible shapes are not drawn (line 2)"),
+        (f'<g fill="transparent">{DISC}</g>', "invisible shapes are not drawn (line 2)"),
+        ('<use href="#missing"/>', "<use> finds nothing to draw (line 2)"),
+        (f"<switch><path/>{DISC}</switch>", "of <switch> one branch is drawn (line 2)"),
+        (
+            f'<switch><g requiredExtensions="x">{DISC}</g><foreignObject>{DISC}</foreignObject>'
+            f'<g systemLanguage="de">{DISC}</g><g systemLanguage="fr, en-GB"/>{DISC}</switch>',
+            "of <switch> one branch is drawn (line 2)",
+        ),
+    ],
+)
+def test_what_nobody_sees_is_not_drawn(hidden, note):
+    path = read(hidden + ONE)
+    assert path.length == pytest.approx(8e-3 * math.sqrt(2)) and note in " ".join(path.notes)
+
+
+@pytest.mark.parametrize(
+    "body", [f'<g clip-path="url(#a)">{ONE}</g>', f'<a style="clip-path:url(#a)">{ONE}</a>']
+)
+def test_a_clipped_group_is_noted(body):
+    assert "clip-path is not applied (line 2)" in read(body).notes
+
+
 @pytest.mark.parametrize(
     "smooth, plain",
     [
@@ -234,6 +290,7 @@ def test_only_what_encloses_an_area_is_said_not_to_be_filled(element, filled):
             "line 2: <path>: write its transform",
         ),
         ('<path transform="rotate(abc)" d="M0 0H1"/>', "line 2: <path>: not a valid transform"),
+        (f'<svg width="9" height="5">{ONE}</svg><line x2="9%"/>', "line 2: <line>: lengths in %"),
         ('<path transform="twist(3)" d="M0 0H1"/>', "line 2: <path>: not a valid transform"),
         ('<path style="transform: scale(2)" d="M0 0H1"/>', "line 2: <path>: write its transform"),
         ("<path>", "not XML: mismatched tag: line 3"),

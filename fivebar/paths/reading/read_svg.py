@@ -24,7 +24,23 @@ IN_METRES = METRES | {"": INCH / 96, "px": INCH / 96, "pt": INCH / 72, "pc": INC
 PATH_DATA = re.compile(r"\s*(none|[Mm][MmLlHhVvCcSsQqTtAaZz\deE+\-.,\s]*)?")
 TRANSFORM = re.compile(r"([\s,]*(matrix|translate|scale|rotate|skew[XY])\s*\([\d\seE.,+-]*\))*\s*")
 NOT_DRAWN = "text", "image", "foreignObject"
-NOT_APPLIED = "clip-path", "mask", "stroke-dasharray", "filter", "marker-start", "marker-end"
+NOT_APPLIED = "mask", "stroke-dasharray", "filter", "marker-start", "marker-mid", "marker-end"
+TEMPLATES = (
+    "symbol",
+    "marker",
+    "mask",
+    "clipPath",
+    "pattern",
+)  # drawn only where something uses them
+# What svgelements would take from the element around, as if it were a style.
+OWN = {
+    "svg": {"x": "0", "y": "0", "width": "100%", "height": "100%"},
+    "rect": {"x": "0", "y": "0", "width": "0", "height": "0"},
+    "use": {"x": "0", "y": "0"},
+}
+LENGTHS = ("x", "y", "width", "height", "r", "rx", "ry", "cx", "cy", "x1", "y1", "x2", "y2")
+INVISIBLE = "invisible shapes are not drawn"
+ZERO = re.compile(r"\s*[+-]?(0+\.?0*|\.0+)%?\s*")
 LINKS = "href", "{http://www.w3.org/1999/xlink}href"
 MOST = 100_000  # elements, counting each copy that <use> makes
 CLOSED = 1e-12  # m, by which rounding may leave a closed path open
@@ -39,17 +55,19 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     draft = Draft(name)
     for element in root.iter():
         _check(element, name)
-    _refuse_repetition(root, name)
-    _hide_symbols(root)
+    _give_own_lengths(root, name)
+    passed: dict[str, list] = {}
+    _refuse_repetition(root, name, passed)
+    _choose_branches(root, passed)
+    _hide_templates(root)
     source = io.BytesIO(ElementTree.tostring(root, "utf-8"))
     try:
         svg = svgelements.SVG.parse(source, reify=False, on_error="raise")
-        shapes = [each for each in svg.elements() if isinstance(each, svgelements.Shape)]
+        shapes = list(_shapes(svg, passed))
         metres = _metres_per_pixel(svg, draft, units)
     except (*STRANGE, SyntaxError, RecursionError) as error:
         raise ValueError(f"{name}: cannot be read as SVG: {error}") from error
     origin = 1j * metres * float(svg.height or 0.0)
-    passed: dict[str, list] = {}
     for tag in NOT_DRAWN:
         lines = [int(element.get(LINE)) for element in root.iter(SVG + tag)]
         if lines:
@@ -112,8 +130,29 @@ def _check(element, name):
         raise ValueError(f"{where}: rx and ry are both needed")
 
 
-def _refuse_repetition(root, name):
-    """Raise ValueError where <use> repeats itself, or more elements than a drawing has."""
+def _give_own_lengths(root, name):
+    """Give each element its own place and size; ValueError for % that svgelements misreads."""
+    root.attrib |= {"x": "0", "y": "0"}
+    # svgelements keeps the size of the last <svg>, and swaps that of one without a viewBox.
+    is_read = "viewBox" in root.attrib
+    for element in root.iter():
+        if element is not root:
+            tag = element.tag.removeprefix(SVG)
+            element.attrib = OWN.get(tag, {}) | element.attrib
+            in_percent = any(element.get(key, "").strip().endswith("%") for key in LENGTHS)
+            if in_percent and not is_read:
+                raise ValueError(
+                    f"{name}, line {element.get(LINE)}: <{tag}>: lengths in % are read only in a"
+                    " drawing of one <svg>, which has a viewBox"
+                )
+            is_read = is_read and tag != "svg"
+
+
+def _refuse_repetition(root, name, passed):
+    """Raise ValueError where <use> repeats itself, or more elements than a drawing has.
+
+    List in `passed` where it has nothing to repeat.
+    """
     known = {element.get("id"): element for element in root.iter() if element.get("id")}
     sizes = {}
 
@@ -124,6 +163,8 @@ def _refuse_repetition(root, name):
         if key not in sizes:
             links = [element.get(link) for link in LINKS if link in element.attrib]
             target = known.get(links[0][1:]) if links else None
+            if target is None and element.tag == f"{SVG}use":
+                passed.setdefault("<use> finds nothing to draw", []).append(int(element.get(LINE)))
             parts = [*element] if target is None else [*element, target]
             sizes[key] = 1 + sum(size(part, above | {key}) for part in parts)
         return sizes[key]
@@ -132,14 +173,54 @@ def _refuse_repetition(root, name):
         raise ValueError(f"{name}: more than {MOST} elements")
 
 
-def _hide_symbols(root):
-    """Put symbols into <defs>, because svgelements draws them where they are defined."""
+def _choose_branches(root, passed):
+    """Leave of each <switch> the first branch that a reader of English without extensions sees."""
+    for switch in list(root.iter(f"{SVG}switch")):
+        passed.setdefault("of <switch> one branch is drawn", []).append(int(switch.get(LINE)))
+        seen = [branch for branch in switch if _is_seen(branch)]
+        for branch in list(switch):
+            if branch not in seen[:1]:
+                switch.remove(branch)
+
+
+def _is_seen(branch):
+    """Return whether a branch of a <switch> asks for nothing that this reader does not have."""
+    languages = branch.get("systemLanguage", "en").split(",")
+    speaks = any(language.strip().lower().startswith("en") for language in languages)
+    has_extensions = "requiredExtensions" in branch.attrib
+    return speaks and not has_extensions and branch.tag != f"{SVG}foreignObject"
+
+
+def _hide_templates(root):
+    """Put templates into <defs>, because svgelements draws them where they are defined."""
     for parent in list(root.iter()):
         for k, child in enumerate(parent):
-            if child.tag == f"{SVG}symbol":
-                child.tag = f"{SVG}g"
+            tag = child.tag.removeprefix(SVG)
+            if tag in TEMPLATES:
+                if tag == "symbol":  # as what a <use> copies
+                    child.tag = f"{SVG}g"
                 parent[k] = ElementTree.Element(f"{SVG}defs")
                 parent[k].append(child)
+
+
+def _shapes(element, passed):
+    """Yield the shapes of a group that are not transparent, and list where a group clips them."""
+    values = element.values
+    if ZERO.fullmatch(values.get("opacity", "")):
+        passed.setdefault(INVISIBLE, []).append(_line(values))
+        return
+    if values.get("clip-path", "none") != "none":
+        passed.setdefault("clip-path is not applied", []).append(_line(values))
+    if isinstance(element, svgelements.Shape):
+        yield element
+    elif isinstance(element, list):
+        for part in element:
+            yield from _shapes(part, passed)
+
+
+def _line(values):
+    """Return the line of the file on which an element begins."""
+    return int(values[LINE]) if LINE in values else None
 
 
 def _metres_per_pixel(svg, draft, units):
@@ -162,11 +243,11 @@ def _add(element, metres, origin, draft, passed):
     """Add the moves along a shape's outline, and list what of its look is not drawn."""
     values = element.values
     matrix = element.transform
-    line = int(values[LINE]) if LINE in values else None
-    fill = values.get("fill")
+    line = _line(values)
     hidden = values.get("visibility") in ("hidden", "collapse")
-    if hidden or values.get("stroke", "none") == fill == "none":
-        passed.setdefault("invisible shapes are not drawn", []).append(line)
+    is_filled = _is_painted(values, "fill")
+    if hidden or not (is_filled or _is_painted(values, "stroke")):
+        passed.setdefault(INVISIBLE, []).append(line)
         return
     for key in NOT_APPLIED:
         if values.get(key, "none") != "none":
@@ -206,8 +287,15 @@ def _add(element, metres, origin, draft, passed):
         else:  # of no length: Draft lists it
             shape = Bezier(np.full(4, start))
         draft.moves.append(Move(shape, line=line))
-    if fill not in (None, "none") and any(map(_encloses_area, outlines)):
+    if is_filled and any(map(_encloses_area, outlines)):
         passed.setdefault("areas are not filled: their outlines are drawn", []).append(line)
+
+
+def _is_painted(values, what):
+    """Return whether the fill or the stroke of a shape is not transparent."""
+    paint = values.get(what, "none")
+    opacity = values.get(f"{what}-opacity", "")
+    return paint not in ("none", "transparent") and not ZERO.fullmatch(opacity)
 
 
 def _encloses_area(outline):
