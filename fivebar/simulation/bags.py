@@ -55,7 +55,7 @@ def read_bag(
     joints: Sequence[str] = JOINTS,
     assembly: int = -1,
 ) -> Columns:
-    """Return the columns of the log in a bag; times begin at its first joint state.
+    """Return the columns of the log in a bag; times begin at the earliest joint state.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def read_bag(
         )
     # Messages without a header have the recorder's time, whose clock may be another.
     late = int(np.median(stamps - logged))
-    values = {"t": (stamps - stamps[0]) / NANO}
+    values = {"t": (stamps - stamps.min()) / NANO}
     for (word, heading), pair in zip(WORDS.items(), states):
         missing = [joint for joint, own in zip(joints, pair) if np.isnan(own).all()]
         if missing:

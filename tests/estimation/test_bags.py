@@ -123,6 +123,18 @@ def test_references_of_joints_and_of_points(tmp_path):
     assert "topic /pose_goal is not used" in run.measured.notes
 
 
+def test_messages_are_in_the_order_of_their_stamps(tmp_path):
+    """A recorder receives them with a jitter of 3 periods."""
+    jitter = np.random.default_rng(3).integers(0, 30_000_000, len(T)).tolist()
+    received = [(t + late, kind, own) for (t, kind, own), late in zip(states(), jitter)]
+    received.sort(key=lambda one: one[0])
+    run = fb.from_bag(bag(tmp_path / "bag", {"/joint_states": received}))
+    np.testing.assert_allclose(run.t, T, atol=1e-9)
+    np.testing.assert_allclose(run.q, Q, atol=1e-15)
+    (note,) = run.measured.notes
+    assert "rows were not in the order of time" in note
+
+
 @pytest.mark.parametrize(
     "topics, options, words",
     [

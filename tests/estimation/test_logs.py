@@ -250,6 +250,29 @@ def test_what_was_done_to_the_rows_is_said():
     )
 
 
+def test_rows_out_of_order_are_sorted_and_only_far_jumps_back_are_restarts():
+    """Neighbours exchanged, a row 15 periods late and two restarts: one note of each kind."""
+    t = np.arange(120.0)
+    order = np.arange(120)
+    order[[10, 11]] = 11, 10
+    order[20:36] = np.roll(order[20:36], -1)
+    q = np.stack([np.sin(0.1 * t), np.cos(0.1 * t)], axis=1)
+    found = read_log({"t": 0.01 * t[order], "q": q[order]}, ROBOT)
+    assert found.notes == ("18 rows were not in the order of time, the first row 11: sorted",)
+    np.testing.assert_array_equal(found.q, q)
+    np.testing.assert_allclose(found.t, 0.01 * t)
+    assert found.cuts == ()
+    again = 0.01 * (t[order] % 50)
+    found = read_log({"t": again, "q": q[order]}, ROBOT)
+    assert found.notes == (
+        "18 rows were not in the order of time, the first row 11: sorted",
+        "time jumps back from 0.49 to 0 s at row 51: taken for a restart, 0.51 s are added from"
+        " there on; so are 1 more jumps back",
+    )
+    np.testing.assert_array_equal(found.q, q)
+    assert [cut.row for cut in found.cuts] == [50, 100]
+
+
 def test_rows_off_an_even_grid_are_moved_onto_it():
     """Splines give cubics exactly, straight lines torques; these are not bridged where rows are missing."""
     step, k = 0.01, np.array([0, 1, 2, 3, 4, 5, 8, 9, 10, 11])

@@ -31,6 +31,7 @@ from ...simulation.bags import JOINTS, is_bag, read_bag
 GAUGE_OF = {"counts": "counts_per_turn", "A": "torque_constant", "mA": "torque_constant"}
 TURN = 2 * np.pi  # rad
 LATE = 1.5  # sampling periods between two rows: from there on rows are missing
+RESTART = 20  # sampling periods: where time steps back by less, rows are only out of order
 SLOW = 0.2  # s: rows without a unit of time that are so far apart may be so many ms
 UNEVEN = 0.01  # sampling periods by which times may be off an even grid
 PAIRS = {
@@ -263,6 +264,7 @@ def _clean(table: Columns, pairs, robot):
         (np.isfinite(pairs["q"]).all(axis=1), "without both joints' positions"),
     ):
         rows = _leave_out(table, rows, ~good[rows], f"rows {why}", notes)
+    rows = _in_order(table, rows, t[rows], notes)
     again = np.diff(t[rows], prepend=np.nan) == 0
     rows = _leave_out(table, rows, again, "rows with the time of the row before", notes)
     if len(rows) < 2:
@@ -325,20 +327,37 @@ def _leave_out(table, rows, out, what, notes):
     return rows[~out]
 
 
+def _in_order(table, rows, t, notes):
+    """Return the rows in the order of their times, between restarts."""
+    steps = np.diff(t)
+    period = np.median(steps[steps > 0]) if (steps > 0).any() else 0.0
+    starts = np.cumsum(np.diff(t, prepend=t[:1]) < -RESTART * period)
+    order = np.lexsort((t, starts))
+    moved = order != np.arange(len(t))
+    if moved.any():
+        first = table.where(rows[np.argmax(moved)])
+        notes.append(f"{moved.sum()} rows were not in the order of time, the first {first}: sorted")
+    return rows[order]
+
+
 def _cut(t, step, where, notes):
     """Return the Cuts; where time jumps back, move the later times on, in place."""
     cuts = []
+    restarts = []
     for k in np.flatnonzero((np.diff(t) < 0) | (np.diff(t) > LATE * step)) + 1:
         if t[k] < t[k - 1]:
             shift = t[k - 1] + 2 * step - t[k]
             why = f"time jumps back from {t[k - 1]:.6g} to {t[k]:.6g} s at {where[k]}"
-            notes.append(f"{why}: taken for a restart, {shift:.6g} s are added from there on")
+            restarts.append(f"{why}: taken for a restart, {shift:.6g} s are added from there on")
             t[k:] += shift
             missing = 0
         else:
             missing = max(round((t[k] - t[k - 1]) / step) - 1, 1)
             why = f"{missing} rows missing before {where[k]}"
         cuts.append(Cut(int(k), float(t[k - 1]), float(t[k]), why, missing))
+    if restarts:
+        more = f"; so are {len(restarts) - 1} more jumps back" if restarts[1:] else ""
+        notes.append(restarts[0] + more)
     gaps = [f"{cut.start:.6g} to {cut.end:.6g} s" for cut in cuts if cut.missing]
     if gaps:
         more = " and more" if len(gaps) > 3 else ""
