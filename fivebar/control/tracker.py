@@ -288,10 +288,13 @@ class Tracker:
         astray = max(ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2]))
         if not predicted or predicted[0][-1] > astray:
             # The last plan leads astray: the reference's own torques may be the better beginning.
-            times = begin + self.middles
+            times = begin + np.append(0.0, self.middles)
             tau = reference_torques(self.robot, known.margins, reference, times)
             limit = min(self.torque_limit, self.scale + self.lift)
-            guesses.append(np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale)
+            tau = np.clip(tau - known.disturbance, -limit, limit)
+            if not self._steps:
+                self.tau = tau[0]  # that the drives hold where the motion begins, and not 0
+            guesses.append(tau[1:].ravel() / self.scale)
             predicted.append(self._predict(begin, state, guesses[-1], target))
         self.guess, prediction = min(zip(guesses, predicted), key=lambda pair: pair[1][-1])
         states, AB, error, C, ends, _ = prediction

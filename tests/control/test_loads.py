@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.control.matched import matched
 
 from ..helpers.physics_cases import CASES, robot_of_case
 
@@ -96,6 +97,24 @@ def test_the_tracker_knows_gravity_friction_and_heavy_bars(more):
     best, other = (np.hypot(*each.error[settled].T).max() for each in (run, blind))
     assert best < 3e-4 and best < other
     assert (run.log.status == 0).mean() > 0.95
+
+
+@pytest.mark.parametrize(
+    "robot, acceleration", [(LAB, (0.0, 0.0)), (fb.FiveBar(), (0.4, 0.3)), (LAB, (0.4, 0.3))]
+)
+def test_the_tracker_s_first_torque_is_that_with_which_the_motion_begins(robot, acceleration):
+    """Where a change from 0 is charged, a seventh of it is missing, and the robot sags."""
+    start = np.array((0.09, 0.068))
+    moved = start + 0.02 * np.array(acceleration)
+    ends = [(0.0, {0: start, 1: (0, 0), 2: acceleration}), (0.4, {0: moved, 1: (0, 0), 2: (0, 0)})]
+    reference = fb.polynomial(ends)
+    at_rest = fb.ikm(fb.igm(robot, start), (0.0, 0.0))
+    needed = fb.inverse_dynamics(fb.ikm2(at_rest, acceleration))
+    constraints = fb.Constraints()
+    for tracker in (fb.Tracker(robot), matched(robot, 0.5, 0.01, constraints, assembly=-1)):
+        run = fb.simulate(robot, tracker, reference, start=at_rest)
+        assert np.abs(run.tau[0] - needed).max() < 0.03 * np.abs(needed).max()
+        assert np.hypot(*run.error[run.t < 0.1].T).max() < 1.5e-5
 
 
 def test_gravity_is_a_flag():
