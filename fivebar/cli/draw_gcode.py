@@ -16,7 +16,8 @@ GCODE = {
     "--firmware NAME": ("grbl", "grbl, fluidnc, linuxcnc, marlin or reprapfirmware"),
     "--axes LETTER LETTER": (
         ("X", "Y"),
-        "of the left and the right joint, in degrees, or as the drives of the robot's file read",
+        "of the left and the right joint, in degrees or mm, or as the drives of the robot's file"
+        " read",
     ),
     "--steps-per-turn NUMBER": "axes in steps: so many, with microsteps, are a turn of the motor",
     "--mm-per-turn NUMBER": "axes in mm: so many are a turn of the motor for the firmware",
@@ -79,6 +80,10 @@ def dialect_of(arguments):
 def machine_of_axes(arguments, machine, dialect):
     """Return the machine with the zeros and directions of the axes, as its file or options say."""
     used = used_options(arguments, "sign", "zero_deg")
+    angles = used_options(arguments, "zero_deg", "approach_deg", "mm_per_turn")
+    if angles and not machine.robot.turns:
+        option = next(iter(angles)).replace("_", "-")
+        raise UsageError(f"--{option}: the joints of a biglide slide; their axes are in mm")
     if dialect is None or not used:
         return machine
     if machine.reads_otherwise:

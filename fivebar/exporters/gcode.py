@@ -58,10 +58,11 @@ class Gcode:
         Letters of the left and the right joint.
     unit : "deg", "steps", "mm" or "rad", optional
         Of the axes. They count from the zeros and in the directions of the machine's readings;
-        "rad" takes these as they are. By default deg, or as they are where they are not in rad.
+        "rad" takes these as they are. By default deg, or mm of joints that slide, or as they are
+        where they are not in rad or m.
     per_turn : float, optional
-        Steps, microsteps included, or mm of the firmware in a turn of the motor; of "steps" and
-        "mm".
+        Steps, microsteps included, or mm of the firmware in a turn of the motor; of "steps", and
+        of "mm" where joints turn.
     gear : float
         Turns of the motor for one that the machine reads.
     feed : "inverse" or "units", optional
@@ -119,10 +120,11 @@ class Gcode:
                 f"Gcode: axes must be two letters of {', '.join(AXES)}, not {shown(self.axes)}"
             )
         object.__setattr__(self, "axes", tuple(letters))
-        if (self.unit in ("steps", "mm")) != (self.per_turn is not None):
+        units = ("mm", "deg", "rad", None) if self.per_turn is None else ("steps", "mm")
+        if self.unit not in units:
             raise ValueError(
                 "Gcode: per_turn says how many steps or mm are a turn of the motor: unit='steps'"
-                f" and unit='mm' need it, other units have none, but unit={self.unit!r} and"
+                f" needs it, units other than steps and mm have none, but unit={self.unit!r} and"
                 f" per_turn={self.per_turn}"
             )
         if self.feed == "inverse" and not FIRMWARES[self.firmware].inverse_time:
@@ -146,7 +148,8 @@ class Gcode:
 
     def unit_of(self, machine: Machine) -> str:
         """Return the unit of a machine's axes."""
-        return self.unit or ("deg" if machine.reads_angles else "rad")
+        usual = "deg" if machine.robot.turns else "mm"
+        return self.unit or (usual if machine.reads_si else "rad")
 
     def scale(self, machine: Machine) -> float:
         """Return how many units of the axes are 1 of a machine's readings."""
@@ -332,6 +335,7 @@ def _refuse_fast(t, values, machine, dialect):
     k, axis = np.unravel_index(feed.argmax(), feed.shape)
     if feed[k, axis] > dialect.max_feed:
         unit = dialect.unit_of(machine)
+        unit = "readings" if unit == "rad" else unit
         raise ValueError(
             f"gcode: axis {dialect.axes[axis]} moves at {feed[k, axis]:.5g} {unit}/min at"
             f" t = {t[k]:.4g} s, beyond the {dialect.max_feed:g} of the firmware: limit the joint"
@@ -340,9 +344,8 @@ def _refuse_fast(t, values, machine, dialect):
 
 
 def _head(motion, machine, dialect, t):
-    unit = {"steps": "steps", "mm": "mm", "deg": "degrees", "rad": "readings"}[
-        dialect.unit_of(machine)
-    ]
+    unit = dialect.unit_of(machine)
+    unit = {"deg": "degrees", "rad": "readings"}.get(unit, unit)
     scale = dialect.scale(machine)
     angles = []
     for name, axis, ratio, offset in zip(

@@ -24,8 +24,7 @@ NAMES = {
     "fv viscous elbows": units.DAMPINGS,
 }
 OF_SLIDES = {
-    "offset joints q": units.METRES,
-    "ratio": NO_UNIT,
+    "offset ratio joints q": units.METRES,
     "joint_speed": units.SPEEDS,
     "joint_acceleration": units.ACCELERATIONS,
     "fs torque": units.NEWTONS,

@@ -14,7 +14,7 @@ from ..base.checks import instance, one_of, positive, robot, shown, two_numbers
 from ..base.representation import one_line, vector, working_words
 from ..base.robot_uses import freed, left_out
 from ..base.tables import TextFile
-from ..base.units import RADIANS
+from ..base.units import METRES, RADIANS
 from ..constraints.constraints import CHECKS, ON_POSES, Constraints
 from ..constraints.link_collisions import LinkCollisions
 from ..models.parameters import refuse_missing, refuse_unknown
@@ -34,7 +34,9 @@ UNITS = {
     "steps": None,
     "mm": None,
 }
-IN_RADIANS = 0.02  # of a machine's ratio: below, its drives read degrees or counts
+# Of a machine's ratio: below, its drives read degrees, mm, inches or counts.
+IN_RADIANS = 0.02
+IN_METRES = 0.5
 
 
 def _names(kind):
@@ -157,9 +159,10 @@ class Machine:
         return (self.offset, self.ratio) != ((0.0, 0.0), (1.0, 1.0))
 
     @property
-    def reads_angles(self) -> bool:
-        """Whether its drives read rad, of the joint or before a gear."""
-        return self.robot.turns and max(map(abs, self.ratio)) >= IN_RADIANS
+    def reads_si(self) -> bool:
+        """Whether its drives read rad, of the joint or before a gear; of a biglide, m."""
+        least = IN_RADIANS if self.robot.turns else IN_METRES
+        return max(map(abs, self.ratio)) >= least
 
     @property
     def moves_points(self) -> bool:
@@ -224,7 +227,7 @@ class Machine:
         unit : "rad", "deg", "turns", "counts", "steps" or "mm"
             Of what a drive, motor or firmware takes; "rad" leaves the readings as they are.
         per_turn : float, optional
-            Counts, steps or mm of a turn.
+            Counts, steps or mm of a turn; the mm of a biglide need none.
 
         Raises
         ------
@@ -232,23 +235,26 @@ class Machine:
             The unit could be two things, or is none of these joints.
         """
         one_of(*UNITS)(unit, "unit")
-        if (per_turn is None) != (UNITS[unit] is not None):
+        slides = unit == "mm" and not self.robot.turns
+        known = 1 / METRES["mm"] if slides else UNITS[unit]
+        if (per_turn is None) != (known is not None):
             have = "needs per_turn" if per_turn is None else "has no per_turn"
-            raise ValueError(f"unit={unit!r} {have}: how many are a turn of the motor")
+            why = "the joints slide" if slides else "how many are a turn of the motor"
+            raise ValueError(f"unit={unit!r} {have}: {why}")
         if unit == "rad":
             return 1.0
-        if not self.robot.turns:
+        if not (self.robot.turns or slides):
             raise ValueError(
                 f"the joints of a biglide slide, they have no angles, of which {unit} is a unit"
             )
-        if not self.reads_angles:
-            a_turn = 2 * math.pi / self.ratio[0]
+        if not self.reads_si:
+            way = "m" if slides else "turn"
+            count = (1.0 if slides else 2 * math.pi) / self.ratio[0]
             raise ValueError(
-                f"the drives read {a_turn:.6g} a turn, by the ratio of the"
+                f"the drives read {count:.6g} a {way}, by the ratio of the"
                 f" machine: {unit} could be theirs or the motor's; take rad, which leaves the"
-                " readings as they are, or give the machine a ratio in rad"
+                f" readings as they are, or give the machine a ratio in {self.robot.words.unit}"
             )
-        known = UNITS[unit]
         if known:
             return known
         return positive(per_turn, f"{unit} per turn") / (2 * math.pi)

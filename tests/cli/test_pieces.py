@@ -178,7 +178,8 @@ def test_an_identified_robot_is_saved_with_its_deviations(tmp_path, capsys):
 
 
 def test_axes_have_the_zeros_and_directions_of_the_options():
-    options = {"robot": "robot.toml", "sign": None, "zero_deg": None}
+    options = dict.fromkeys(("sign", "zero_deg", "approach_deg", "mm_per_turn"))
+    options["robot"] = "robot.toml"
     dialect = fb.Gcode()
     zeros = draw_gcode.machine_of_axes(
         Namespace(**options | {"zero_deg": (90.0, -45.0)}), LAB, dialect
@@ -190,6 +191,11 @@ def test_axes_have_the_zeros_and_directions_of_the_options():
     with pytest.raises(UsageError, match="--zero-deg: robot.toml has a table readings"):
         options |= {"zero_deg": (90.0, 0.0)}
         draw_gcode.machine_of_axes(Namespace(**options), amoro(offset=(0.1, 0.2)), dialect)
+    for option in ("--zero-deg", "--approach-deg", "--mm-per-turn"):
+        name = option[2:].replace("-", "_")
+        with pytest.raises(UsageError, match=f"{option}: the joints of a biglide slide; their"):
+            given = options | {"zero_deg": None, name: 1.0}
+            draw_gcode.machine_of_axes(Namespace(**given), fb.Machine(fb.Biglide()), dialect)
 
 
 def test_the_modes_of_a_drawing_keep_farthest_from_singularities():

@@ -282,7 +282,6 @@ def test_too_many_lines_are_refused(above, monkeypatch):
         (dict(down="low"), "Gcode: down must be a number, not 'low'"),
         (dict(up=math.nan), "Gcode: up must be finite"),
         (dict(unit="steps"), "Gcode: per_turn says how many steps or mm are a turn of the motor:"),
-        (dict(unit="mm"), "Gcode: per_turn says how many steps or mm are a turn of the motor:"),
         (dict(unit="rad", per_turn=4), "Gcode: per_turn says how many steps or mm are a turn"),
         (dict(firmware="marlin", feed="inverse"), "Gcode: marlin has no inverse time (G93): leave"),
         (dict(pen="servo"), "Gcode: grbl has no pen='servo': take M3 or Z"),
@@ -353,7 +352,23 @@ def test_another_robot_sliding_joints_and_type_2_are_refused(above):
     text = fb.export(slide, "gcode", dialect=fb.Gcode(**LOOSE))
     head, (t, *axes) = told(text), moves(text).T
     assert [each[3] for each in head.values()] == ["m", "m"]
-    np.testing.assert_allclose(np.transpose(axes), slide.joints(t)[0], atol=2e-4)
+    assert [each[1] for each in head.values()] == [1e-3, 1e-3] and "in mm)\n" in text
+    np.testing.assert_allclose(1e-3 * np.transpose(axes), slide.joints(t)[0], atol=2e-4)
+    assert fb.export(slide, "gcode", dialect=fb.Gcode(unit="mm", **LOOSE)) == text
+    in_mm = fb.Machine(fb.Biglide(), ratio=(0.001, 0.001))  # what it reads is written as it is
+    assert moves(
+        fb.export(slide, "gcode", machine=in_mm, dialect=fb.Gcode(**LOOSE))
+    ) == pytest.approx(moves(text))
+    for dialect, machine, words in (
+        (dict(unit="mm", per_turn=4.0), None, "unit='mm' has no per_turn: the joints slide"),
+        (dict(unit="mm"), in_mm, "read 1000 a m, by the ratio of the machine: mm could be"),
+        (dict(max_feed=500.0), None, r"moves at .* mm/min at"),
+        (dict(max_feed=500.0), in_mm, r"moves at .* readings/min at"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            fb.export(slide, "gcode", machine=machine, dialect=fb.Gcode(**dialect))
+    with pytest.raises(ValueError, match="unit='mm' needs per_turn"):
+        fb.Machine(fb.FiveBar()).scale("mm")
 
 
 @pytest.mark.parametrize(

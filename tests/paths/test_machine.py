@@ -56,6 +56,13 @@ def test_constraints_on_poses_alone_and_comments_of_a_file(tmp_path):
     assert "0.0001" in next(line for line in lines if line.startswith("l11"))
 
 
+def test_readings_of_a_biglide_have_a_unit(tmp_path):
+    (tmp_path / "robot.toml").write_text(
+        'l1 = 0.3\nd = 0.4\nmf1 = 1\n[readings]\nratio = ["1 mm", -0.0254]\n'
+    )
+    assert fb.load_machine(tmp_path / "robot.toml").ratio == (0.001, -0.0254)
+
+
 numbers = st.floats(-10, 10)
 
 
