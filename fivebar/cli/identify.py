@@ -12,7 +12,7 @@ from .options import TABLE, add_options, option_of, print_json, used_options
 from .robot_options import add_robot_options, chosen_machine
 
 GAUGES = {
-    "counts_per_turn": "of an encoder, where q is in counts",
+    "counts_per_turn": "of an encoder, where q is in counts; negative where it counts the other way",
     "gear_ratio": "turns of the motor for one of the joint",
     "offset": "of the joint beyond the encoder's zero, rad",
     "torque_constant": "of the motor for a unit of tau, N m",

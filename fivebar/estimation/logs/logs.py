@@ -10,7 +10,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.interpolate import CubicSpline
 
-from ...base.checks import number, positive, two_numbers
+from ...base.checks import number, two_numbers
 from ...base.columns import Columns, read, refuse_unclear_times
 from ...base.headings import TIME, Quantity, headings_by_name
 from ...base.tables import TextFile, named
@@ -225,19 +225,23 @@ def _for_both_motors(value, name):
     return np.full(2, number(value, name))
 
 
+def _not_0_for_both(value, name):
+    pair = _for_both_motors(value, name)
+    if (np.abs(pair) < 1e-9).any():  # beyond that, angles overflow
+        raise ValueError(f"{name} must not be 0, but is {pair.tolist()}")
+    return pair
+
+
 def _at_the_joints(pairs, gauges, robot, stated):
     for name, unit in stated.items():
         gauge = GAUGE_OF.get(unit)
         if gauge and getattr(gauges, gauge) is None:
             option = gauge.replace("_", "-")
             raise ValueError(f"{name} is in {unit}: give {gauge}, on the command line --{option}")
-    ratio = _for_both_motors(gauges.gear_ratio, "gear_ratio")
-    if (np.abs(ratio) < 1e-9).any():  # beyond that, angles overflow
-        raise ValueError(f"gear_ratio must not be 0, but is {ratio.tolist()}")
+    ratio = _not_0_for_both(gauges.gear_ratio, "gear_ratio")
     scale = 1 / ratio
     if gauges.counts_per_turn is not None:
-        counts = np.abs(_for_both_motors(gauges.counts_per_turn, "counts_per_turn"))
-        positive(float(counts.min()), "counts_per_turn")
+        counts = _not_0_for_both(gauges.counts_per_turn, "counts_per_turn")
         scale = scale * (TURN if robot.turns else 1.0) / counts
     result = dict(pairs)
     for name in ("q", "q_dot"):

@@ -64,7 +64,7 @@ def from_log(
     columns : mapping, optional
         Headings of columns that are called otherwise: {"q1": "position[0]", "tau1": "M1 (mNm)"}.
     counts_per_turn : float or pair, optional
-        Encoder counts of a turn, where q is in counts.
+        Encoder counts of a turn, where q is in counts; negative where it counts the other way.
     gear_ratio : float or pair
         Turns of the encoder for a turn of the joint; negative where it turns the other way.
     offset : pair
