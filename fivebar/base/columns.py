@@ -56,6 +56,8 @@ class Columns:
         {column: its unit} of those whose unit a heading or the caller names; "" for the SI unit.
     row_word : str
         "line" or "row": what `lines` counts.
+    comment : str
+        The first comment above the header of a file.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Columns:
     notes: tuple[str, ...] = ()
     stated: Mapping[str, str] = field(default_factory=dict)
     row_word: str = "line"
+    comment: str = ""
 
     def where(self, row: int) -> str:
         """Return what a message calls a row: "line 7"."""
@@ -231,11 +234,12 @@ def _from_text(file, wanted, units, calls):
                 notes.append(f"{headings[places[key]]}: read in {unit}")
     values = dict(zip(places, table.T))
     numbers = np.array([number for number, _ in rows])
-    from_fivebar = bool(comments) and re.match("fivebar .*SI units", comments[0][1])
+    comment = comments[0][1] if comments else ""
+    from_fivebar = re.match("fivebar .*SI units", comment)
     stated = dict.fromkeys(places, "") if from_fivebar else own_units
     stated |= _since_1970(values, stated, notes)
     _refuse_huge(values, numbers, name, "line")
-    return Columns(name, values, numbers, tuple(notes), stated)
+    return Columns(name, values, numbers, tuple(notes), stated, comment=comment)
 
 
 def _since_1970(values, stated, notes):

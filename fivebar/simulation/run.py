@@ -59,12 +59,14 @@ class Measured(NamedTuple):
     """What is known of a run from a log.
 
     gaps: (from, to, why) s, each with a row of nan; notes: what was done to its rows; rates:
-    whether q_dot was logged, and not differentiated.
+    whether q_dot was logged, and not differentiated; held: whether each torque is held until the
+    next, and not that of its time.
     """
 
     gaps: tuple = ()
     notes: tuple = ()
     rates: bool = False
+    held: bool = False
 
 
 def torque_limits(value: object, name: str) -> Any:
@@ -375,8 +377,8 @@ def _tool(leg, along, across):
     return int(leg), float(along), float(across)
 
 
-def _measured(gaps, notes, rates):
+def _measured(gaps, notes, rates, held=False):
     read = []
     for low, high, why in gaps:
         read.append((float(low), float(high), str(why)))
-    return Measured(tuple(read), tuple(map(str, notes)), bool(rates))
+    return Measured(tuple(read), tuple(map(str, notes)), bool(rates), bool(held))

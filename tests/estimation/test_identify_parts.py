@@ -373,9 +373,9 @@ def test_any_motion_covers_the_workspace_of_a_biglide_of_any_size(size):
     assert spread == pytest.approx((1.0, 1.0), rel=0.2)
 
 
-@pytest.mark.parametrize("measured", [None, True])
-def test_torques_of_uneven_rows_are_interpolated(monkeypatch, measured):
-    """Of a straight line in time; measured ones are means from each time to the next."""
+@pytest.mark.parametrize("held", [True, False])
+def test_torques_of_uneven_rows_are_interpolated(monkeypatch, held):
+    """Of a straight line in time; those at their times are means from each time to the next."""
     monkeypatch.setattr(replays, "simulate", lambda robot, law, **options: (law, options))
     n, step = 20, 0.01
     even = step * np.arange(n)
@@ -383,15 +383,15 @@ def test_torques_of_uneven_rows_are_interpolated(monkeypatch, measured):
     q = np.tile(fb.igm(ROBOT, (0.0, 0.12)).q, (n, 1))
     xi = np.tile((0.0, 0.12), (n, 1))
     tau = np.stack([t - 3.0, 1.0 - 5.0 * (t - 3.0)], axis=1)
-    run = SimpleNamespace(t=t, tau=tau, q=q, q_dot=0.0 * q, xi=xi, measured=measured)
-    law, options = _by_torques(run, ROBOT, slice(0, n))
+    run = SimpleNamespace(t=t, tau=tau, q=q, q_dot=0.0 * q, xi=xi)
+    law, options = _by_torques(run, ROBOT, slice(0, n), held)
     assert options["duration"] == pytest.approx(even[-1])
     assert options["step"] == options["control_period"] == pytest.approx(step)
     assert options["start"].pose.xi == pytest.approx((0.0, 0.12))
     for k in (0, 1, 7, 18):
-        middle = even[k] + (0.5 * step if measured else 0.0)
+        middle = even[k] + (0.0 if held else 0.5 * step)
         expected = (middle, 1.0 - 5.0 * middle)
-        near = 0.25 * step if measured else 1e-12
+        near = 1e-12 if held else 0.25 * step
         assert law(even[k] + 0.4 * step, None, None, None) == pytest.approx(expected, abs=5 * near)
     assert law(99.0, None, None, None) == pytest.approx(tau[-1])
 

@@ -56,7 +56,8 @@ def log_of(source: Any, robot: Robot, gauges: Gauges) -> tuple[Log, bool]:
     if isinstance(source, (str, os.PathLike)) and not is_bag(source) and _is_a_run(source):
         source = Run.from_csv(source)
     if not isinstance(source, Run):
-        return read_log(source, robot, gauges, torques=True), False
+        log = read_log(source, robot, gauges, torques=True)
+        return log, log.is_held
     if type(source.robot) is not type(robot):
         raise ValueError(
             f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}"
@@ -66,7 +67,7 @@ def log_of(source: Any, robot: Robot, gauges: Gauges) -> tuple[Log, bool]:
         columns["q_dot"] = source.q_dot
     known = np.isfinite(source.q).all(axis=1)  # gaps are rows of nan
     log = read_log({name: values[known] for name, values in columns.items()}, robot)
-    return log, source.measured is None
+    return log, source.measured is None or source.measured.held
 
 
 def _is_a_run(path):

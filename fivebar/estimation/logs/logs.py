@@ -63,7 +63,7 @@ class Log:
 
     t (n,) s increases; q, tau, q_dot, xi, xi_ref are (n, 2), None where not logged; step is
     the sampling period, s; notes say what was done to the rows; is_stated: the units of torques
-    are known, not assumed.
+    are known, not assumed; is_held: each torque is held until the next, as a simulation does.
     """
 
     t: ndarray
@@ -76,6 +76,7 @@ class Log:
     cuts: tuple[Cut, ...]
     notes: tuple[str, ...]
     is_stated: bool = True
+    is_held: bool = False
 
     @property
     def stretches(self) -> list[slice]:
@@ -298,7 +299,17 @@ def _clean(table: Columns, pairs, robot):
             pairs["q"] = np.unwrap(pairs["q"], axis=0)
     _check_rates(t, pairs, robot, notes)
     is_stated = not {"tau1", "tau2"} & set(unnamed)
-    return Log(t, **pairs, step=step, cuts=tuple(cuts), notes=tuple(notes), is_stated=is_stated)
+    is_measured = '"measured": ' in table.comment and '"held": true' not in table.comment
+    is_held = table.comment.startswith("fivebar run,") and not is_measured
+    return Log(
+        t,
+        **pairs,
+        step=step,
+        cuts=tuple(cuts),
+        notes=tuple(notes),
+        is_stated=is_stated,
+        is_held=is_held,
+    )
 
 
 def _check_rates(t, pairs, robot, notes):

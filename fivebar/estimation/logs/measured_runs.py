@@ -192,6 +192,7 @@ def _run_of(log, robot, assembly):
             tuple((cut.start, cut.end, cut.why) for cut in log.cuts),
             tuple(notes),
             log.q_dot is not None,
+            log.is_held,
         ),
     )
 

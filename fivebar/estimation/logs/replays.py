@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -116,6 +116,9 @@ def replay(
 ) -> Replay:
     """Simulate a run again, under the same torques or after the same reference.
 
+    Torques of a simulated run are held from row to row. Those of a log are those at their times, or
+    held too if the simulation then comes nearer to the run.
+
     Parameters
     ----------
     run : Run
@@ -164,6 +167,22 @@ def replay(
             raise ValueError('replay: this run has no torques; by="reference" needs none')
         needed.append(run.tau)
     known = np.isfinite(np.hstack(needed)).all(axis=1)
+    stretches = list(_stretches(known, run.t, restart))
+    replayed = partial(_replayed, run, robot, by, stretches)
+    if by == "reference":
+        return replayed(partial(_by_reference, controller=controller))
+    held = replayed(partial(_by_torques, held=True))
+    if run.measured is None or run.measured.held:
+        return held
+    at_times = replayed(partial(_by_torques, held=False))
+    if at_times.figures["rms_error_m"] <= held.figures["rms_error_m"]:
+        return at_times
+    words = "each torque is taken as held to the next row, which comes nearer to the run"
+    return replace(held, notes=(words, *held.notes))
+
+
+def _replayed(run, robot, by, stretches, simulate_rows):
+    """Return the Replay of stretches of rows, each by simulate_rows(run, robot, rows)."""
     values: dict[str, Any] = {
         name: np.full_like(run.q, np.nan) for name in ("q", "q_dot", "xi", "tau")
     }
@@ -171,15 +190,12 @@ def replay(
     notes = []
     events = []
     short = []
-    for rows in _stretches(known, run.t, restart):
+    for rows in stretches:
         if rows.stop - rows.start < SHORTEST:
             short.append(rows)
             continue
         try:
-            if by == "torques":
-                simulated = _by_torques(run, robot, rows)
-            else:
-                simulated = _by_reference(run, robot, rows, controller)
+            simulated = simulate_rows(run, robot, rows)
         except (UnreachableError, SingularityError, ArithmeticError) as error:
             notes.append(f"from {run.t[rows.start]:.6g} s nothing was simulated: {error}")
             continue
@@ -241,12 +257,12 @@ def _start(run, robot, row):
     return dkm(poses[int(np.nanargmin(distances))], run.q_dot[row])
 
 
-def _by_torques(run, robot, rows):
+def _by_torques(run, robot, rows, held):
     t = run.t[rows] - run.t[rows.start]
     tau = run.tau[rows]
     step = float(t[-1] / (len(t) - 1))
     even = np.arange(len(t)) * step
-    if run.measured is not None:  # measured at a time, not held from it on: the mean of both ends
+    if not held:  # the mean of both ends
         means = (tau[1:] + tau[:-1]) / 2
         tau = np.concatenate([means, tau[-1:]])
     if np.abs(t - even).max() >= 0.01 * step:
