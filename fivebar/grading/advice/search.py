@@ -207,14 +207,13 @@ class _Search:
         """
         if self._wrong_rows(self.tried.steps) is None:
             return
-        self._likely()
+        self._try_waves(range(LIKELY))
         # A formula that helps some may stand for a mistake in a helper that spoils more.
         if self._is_found() or self._is_slow():
             return
         self._written(deep=deep or bool(self.others))
-        for wave in range(LIKELY, WAVES) if deep or self.others else ():
-            if not self._is_found():
-                self._single(replace(self.tried, wave=wave))
+        if deep or self.others:
+            self._try_waves(range(LIKELY, WAVES))
 
     def _is_found(self):
         """Return whether all other wrong functions that call the same helpers become right with
@@ -229,9 +228,9 @@ class _Search:
         names = named(self.student, self.tried, mend.step[1], mend.changes, rows)
         return replace(mend, names=names)
 
-    def _likely(self):
-        """Look for a likely change, best one that helps other functions, too."""
-        for wave in range(LIKELY):
+    def _try_waves(self, waves):
+        """Look for a change of these waves, best one that helps other functions, too."""
+        for wave in waves:
             if not self._is_found():
                 self._single(replace(self.tried, wave=wave))
 
@@ -319,7 +318,6 @@ class _Search:
         """
         if not all(self._right(rows, tried, [numbers]).all() for rows in self.asked):
             return None
-        self._right(self.asked[0].part([0]), tried, [numbers])
         changes = self.student.changes
         inside = {change.function for change in changes}
         outline = self.student.outline

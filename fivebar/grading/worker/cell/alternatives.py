@@ -11,59 +11,53 @@ import ast
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain, combinations, permutations
+from itertools import combinations, permutations
 
 from scopes import Scope, other_leg
 
-_OPERATORS: dict[type, tuple] = {
-    ast.Add: ((ast.Sub, "a sign"), (ast.Mult, "an operator")),
-    ast.Sub: ((ast.Add, "a sign"), (ast.Mult, "an operator")),
-    ast.Mult: (
-        (ast.Div, "an operator"),
-        (ast.Pow, "a square"),
-        (ast.MatMult, "a matrix product"),
-        (ast.Add, "an operator"),
-        (ast.Sub, "an operator"),
-    ),
-    ast.Div: ((ast.Mult, "an operator"),),
-    ast.FloorDiv: ((ast.Div, "an operator"),),
-    ast.Pow: ((ast.Mult, "a square"),),
-    ast.MatMult: ((ast.Mult, "a matrix product"),),
-}
-_DROPPED: dict[type, str] = {
-    ast.Add: "a term",
-    ast.Sub: "a term",
-    ast.Mult: "a factor",
-    ast.Div: "a factor",
-    ast.MatMult: "a factor",
-    ast.Pow: "a square",
-}
-_COMPARED: dict[type, tuple] = {
-    ast.Lt: (ast.Gt, ast.LtE),
-    ast.LtE: (ast.GtE, ast.Lt),
-    ast.Gt: (ast.Lt, ast.GtE),
-    ast.GtE: (ast.LtE, ast.Gt),
-    ast.Eq: (ast.NotEq, ast.Lt, ast.Gt),
-    ast.NotEq: (ast.Eq,),
-}
-FUNCTIONS = {
-    "sin": ("cos", "tan"),
-    "cos": ("sin",),
-    "tan": ("sin",),
-    "asin": ("acos",),
-    "acos": ("asin",),
-    "arcsin": ("arccos",),
-    "arccos": ("arcsin",),
-    "real": ("imag",),
-    "imag": ("real",),
-    "min": ("max",),
-    "max": ("min",),
-    "outer": ("dot", "cross"),
-    "cross": ("dot",),
-    "dot": ("cross", "outer"),
-    "column_stack": ("vstack",),
-    "vstack": ("column_stack",),
-}
+# An operator, what may be meant, and what is then wrong.
+_OPERATORS = """
+Add Sub a sign
+Add Mult an operator
+Sub Add a sign
+Sub Mult an operator
+Mult Div an operator
+Mult Pow a square
+Mult MatMult a matrix product
+Mult Add an operator
+Mult Sub an operator
+Div Mult an operator
+FloorDiv Div an operator
+Pow Mult a square
+MatMult Mult a matrix product
+"""
+# A comparison, or a function, and those that may be meant.
+_TABLE = """
+Lt Gt LtE
+LtE GtE Lt
+Gt Lt GtE
+GtE LtE Gt
+Eq NotEq Lt Gt
+NotEq Eq
+sin cos tan
+cos sin
+tan sin
+asin acos
+acos asin
+arcsin arccos
+arccos arcsin
+real imag
+imag real
+min max
+max min
+outer dot cross
+cross dot
+dot cross outer
+column_stack vstack
+vstack column_stack
+"""
+_MEANT = {word: others for word, *others in map(str.split, _TABLE.strip().splitlines())}
+_FACTOR = ast.Mult | ast.Div | ast.MatMult
 _ATAN = {"atan": "atan2", "arctan": "arctan2"}
 _FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
 _THRESHOLDS = [10.0**-power for power in range(3, 13)]  # tried in place of a small number
@@ -127,8 +121,7 @@ def _is_read(node):
 def _is_called(node, parent):
     """Return whether a node only names what is called or taken a part of, or lists indices."""
     if isinstance(parent, ast.Call) and node is parent.func:
-        name = node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
-        return name not in FUNCTIONS
+        return _callee(parent) not in _MEANT
     if isinstance(parent, ast.Subscript) and node is parent.slice:
         return isinstance(node, ast.Tuple)
     return isinstance(parent, ast.Attribute) and isinstance(node, ast.Name) and not _is_array(node)
@@ -141,41 +134,33 @@ def _is_array(node):
 def alternatives(place: Place) -> Alternatives:
     """Yield what may stand there where nothing but a sign, a name or an order is wrong."""
     node = place.node
-    if isinstance(node, ast.BinOp):
-        yield from _of_operation(node)
-        if not isinstance(place.parent, ast.BinOp | ast.UnaryOp):
-            yield from ((1, "a bracket", new) for new in _brackets(node))
-    elif isinstance(node, ast.UnaryOp):
-        yield 0, "a sign", node.operand
-    elif isinstance(node, ast.Compare) and len(node.ops) == 1:
-        for other in _COMPARED.get(type(node.ops[0]), ()):
-            yield 1, "a comparison", ast.Compare(node.left, [other()], node.comparators)
-    elif isinstance(node, ast.Compare) and all(isinstance(op, ast.Lt) for op in node.ops):
-        # One direction of a crossing alone: a < 0 < b.
-        product = ast.BinOp(node.left, ast.Mult(), node.comparators[-1])
-        yield 1, "a comparison", ast.Compare(product, [ast.Lt()], [ast.Constant(0)])
-    elif isinstance(node, ast.BoolOp):
-        other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
-        yield 1, "a comparison", ast.BoolOp(other, node.values)
-    elif isinstance(node, ast.IfExp):
-        yield 1, "the order", ast.IfExp(node.test, node.orelse, node.body)
-    elif isinstance(node, ast.Name):
-        yield from _of_name(place)
-    elif isinstance(node, ast.Attribute):
-        yield from _of_attribute(node)
-    elif isinstance(node, ast.Constant):
-        yield from _of_number(place)
-    elif isinstance(node, ast.Call):
-        yield from _of_call(place)
-    elif isinstance(node, ast.Subscript):
-        yield from _of_subscript(node, place)
-    elif isinstance(node, ast.Tuple | ast.List):
-        yield from _of_list(node)
+    if type(node) in _OF:
+        yield from _OF[type(node)](place)
     if place.term and isinstance(node, ast.BinOp | ast.Call | ast.Name | ast.Subscript):
         yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
     whole = isinstance(place.parent, ast.stmt | ast.Lambda | ast.List | ast.Tuple)
     if whole or isinstance(node, ast.Call):
         yield from _exchanged(node, place.scope)
+
+
+def _of_condition(place):
+    node = place.node
+    if isinstance(node, ast.BoolOp):
+        other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+        yield 1, "a comparison", ast.BoolOp(other, node.values)
+    elif len(node.ops) == 1:
+        for other in _MEANT.get(type(node.ops[0]).__name__, ()):
+            op = getattr(ast, other)()
+            yield 1, "a comparison", ast.Compare(node.left, [op], node.comparators)
+    elif all(isinstance(op, ast.Lt) for op in node.ops):
+        # One direction of a crossing alone: a < 0 < b.
+        product = ast.BinOp(node.left, ast.Mult(), node.comparators[-1])
+        yield 1, "a comparison", ast.Compare(product, [ast.Lt()], [ast.Constant(0)])
+
+
+def _of_choice(place):
+    node = place.node
+    yield 1, "the order", ast.IfExp(node.test, node.orelse, node.body)
 
 
 def _exchanged(node, scope):
@@ -216,7 +201,7 @@ def _of_name(place):
         for other in scope.like(name):
             if other[:-1] == name[:-1]:  # the direction of a bar is a sum of its leg's angles
                 yield 1, "a term", ast.BinOp(name_of(other), ast.Add(), place.node)
-    yield from ((0, "a function", name_of(other)) for other in FUNCTIONS.get(name, ()))
+    yield from ((0, "a function", name_of(other)) for other in _MEANT.get(name, ()))
     if name not in scope.known:
         yield from ((0, "a variable", name_of(other)) for other in scope.stored)
 
@@ -231,11 +216,15 @@ def _is_given_by_name(place):
     return any(node is place.node and node.id == argument for node, argument in given)
 
 
-def _of_operation(node):
+def _of_operation(place):
+    node = place.node
     left, op, right = node.left, node.op, node.right
-    for other, kind in _OPERATORS.get(type(op), ()):
-        yield 0, kind, ast.BinOp(left, other(), right)
-    kind = _DROPPED.get(type(op), "a term")
+    for line in _OPERATORS.strip().splitlines():
+        one, other, kind = line.split(" ", 2)
+        if one == type(op).__name__:
+            yield 0, kind, ast.BinOp(left, getattr(ast, other)(), right)
+    kind = "a factor" if isinstance(op, _FACTOR) else "a term"
+    kind = "a square" if isinstance(op, ast.Pow) else kind
     yield 2, kind, left
     if not isinstance(op, ast.Pow):
         yield 2, kind, right
@@ -253,6 +242,8 @@ def _of_operation(node):
     yield from ((1, "a bracket", new) for new in _moved_ends(node))
     if isinstance(op, ast.MatMult):
         yield from _of_matrices(node)
+    if not isinstance(place.parent, ast.BinOp | ast.UnaryOp):
+        yield from ((1, "a bracket", new) for new in _brackets(node))
 
 
 def _of_matrices(node):
@@ -290,10 +281,8 @@ def _product(factors):
 
 def _inverted(node):
     """Return the matrix of which a node is the inverse, None where it is none."""
-    if isinstance(node, ast.Call) and len(node.args) == 1:
-        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
-        return node.args[0] if name.endswith("inv") else None
-    return None
+    is_inverse = _callee(node).endswith("inv") and len(node.args) == 1
+    return node.args[0] if is_inverse else None
 
 
 def _brackets(node: ast.expr) -> Iterator[ast.expr]:
@@ -304,7 +293,7 @@ def _brackets(node: ast.expr) -> Iterator[ast.expr]:
         return
     words = [text[first:last] for first, last in tokens]
     made = {text}
-    for changed in chain(_more_brackets(text, tokens, words), _less_brackets(text, tokens, words)):
+    for changed in _with_brackets(text, tokens, words):
         try:
             new = ast.parse(changed, mode="eval").body
         except SyntaxError:
@@ -314,41 +303,28 @@ def _brackets(node: ast.expr) -> Iterator[ast.expr]:
             yield new
 
 
-def _more_brackets(text, tokens, words):
-    starts = [k for k, word in enumerate(words) if _WORD.match(word) or word in "-("]
-    for k in starts:
+def _with_brackets(text, tokens, words):
+    """Yield a text with a pair of brackets more, or less, where others are closed between these."""
+    for k, word in enumerate(words):
+        called = k and (_WORD.match(words[k - 1]) or words[k - 1] in ")]")
         depth = 0
         for m in range(k, len(words)):
             depth += (words[m] in "([") - (words[m] in ")]")
             if depth < 0:
                 break
-            if depth == 0 and m > k + 1 and (_WORD.match(words[m]) or words[m] in ")]"):
-                first, last = tokens[k][0], tokens[m][1]
+            (first, inside), (end, last) = tokens[k], tokens[m]
+            ends = depth == 0 and (_WORD.match(words[m]) or words[m] in ")]")
+            if ends and m > k + 1 and (_WORD.match(word) or word in "-("):
                 yield f"{text[:first]}({text[first:last]}){text[last:]}"
-
-
-def _less_brackets(text, tokens, words):
-    for k, word in enumerate(words):
-        called = k and (_WORD.match(words[k - 1]) or words[k - 1] in ")]")
-        if word != "(" or called:
-            continue
-        depth = 0
-        for m in range(k, len(words)):
-            depth += (words[m] == "(") - (words[m] == ")")
-            if depth == 0:
-                (first, inside), (end, last) = tokens[k], tokens[m]
+            if ends and word == "(" and not called:
                 yield text[:first] + text[inside:end] + text[last:]
-                break
 
 
 def _moved_ends(node):
-    """Yield a sum with a function in it that ends later, f(a) + b as f(a + b), a sum of squares as
-    the square of the sum, and a product of a sum without its last term, a*(b + c) as a*b + c.
+    """Yield a sum with a function in it that ends later, f(a) + b as f(a + b), and a sum of squares
+    as the square of the sum.
     """
     left, op, right = node.left, node.op, node.right
-    is_sum = isinstance(right, ast.BinOp) and isinstance(right.op, ast.Add | ast.Sub)
-    if is_sum and isinstance(op, ast.Mult | ast.MatMult):
-        yield ast.BinOp(ast.BinOp(left, op, right.left), right.op, right.right)
     powers = isinstance(left, ast.BinOp) and isinstance(right, ast.BinOp)
     if powers and isinstance(left.op, ast.Pow) and isinstance(right.op, ast.Pow):
         yield ast.BinOp(ast.BinOp(left.left, op, right.left), ast.Pow(), left.right)
@@ -384,11 +360,12 @@ def transposed(node: ast.expr) -> ast.expr:
     return ast.Attribute(node, "T", ast.Load())
 
 
-def _of_attribute(node):
+def _of_attribute(place):
+    node = place.node
     if node.attr == "T":
         yield 0, "a transpose", node.value
         yield 2, "an inverse", inverse_of(node.value)
-    for other in FUNCTIONS.get(node.attr, ()):
+    for other in _MEANT.get(node.attr, ()):
         yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
 
 
@@ -399,7 +376,7 @@ def _callee(node):
 
 
 def _of_call(place):
-    node, scope = place.node, place.scope
+    node = place.node
     name = _callee(node)
     arguments, keywords = node.args, node.keywords
     if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
@@ -425,8 +402,6 @@ def _of_call(place):
         both = [quotient.left, quotient.right]
         if isinstance(node.func, ast.Attribute):
             other = f"{ast.unparse(node.func.value)}.{_ATAN[name]}"
-        elif "atan2" in scope.names:
-            other = "atan2"
         else:
             other = "__import__('math').atan2"
         function = ast.parse(other, mode="eval").body
@@ -439,16 +414,15 @@ def _of_call(place):
 
 def exchanges(parts: list) -> Iterator[list]:
     """Yield a list with any two of its parts in each other's place."""
-    for k in range(len(parts)):
-        for m in range(k):
-            order = [*parts]
-            order[k], order[m] = order[m], order[k]
-            yield order
+    for k, m in combinations(range(len(parts)), 2):
+        order = [*parts]
+        order[k], order[m] = order[m], order[k]
+        yield order
 
 
-def _of_list(node):
+def _of_list(place):
     """Yield a list in other orders, and a vector turned by +-90 and by 180 degrees."""
-    parts, kind = node.elts, type(node)
+    parts, kind = place.node.elts, type(place.node)
     for order in exchanges(parts):
         yield 1, "the order", kind(order, ast.Load())
     if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
@@ -462,7 +436,8 @@ def _negative(node):
     return node.operand if is_negative else ast.UnaryOp(ast.USub(), node)
 
 
-def _of_subscript(node, place):
+def _of_subscript(place):
+    node = place.node
     index = node.slice
     if isinstance(index, ast.Slice):
         yield 1, "the order", node.value
@@ -486,3 +461,19 @@ def _indices(node, scope):
     value = getattr(node, "value", None)
     if type(value) is int:
         yield from (ast.Constant(k) for k in range(3) if k != value)
+
+
+_OF = {
+    ast.BinOp: _of_operation,
+    ast.UnaryOp: lambda place: [(0, "a sign", place.node.operand)],
+    ast.Compare: _of_condition,
+    ast.BoolOp: _of_condition,
+    ast.IfExp: _of_choice,
+    ast.Name: _of_name,
+    ast.Attribute: _of_attribute,
+    ast.Constant: _of_number,
+    ast.Call: _of_call,
+    ast.Subscript: _of_subscript,
+    ast.Tuple: _of_list,
+    ast.List: _of_list,
+}

@@ -21,12 +21,12 @@ from additions import additions
 from alternatives import FIRST_ADDED, alternatives, exchanges, places
 from loading import deep
 from scopes import Scope, compiled, exchanged, other_leg, put_in, scopes, short
-from watched import Plain, Watched
+from watched import Watched
 
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TOLD = 8  # changes of one request that are told in words
-WAVES = (0, 1), (2,), (3, 4)  # ranks tried together
+WAVES = {None: (), 0: (0, 1), 1: (2,), 2: (3, 4)}  # ranks tried together
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 ONE_LEG = "a line unlike the other leg's"
@@ -67,21 +67,13 @@ class Change:
     swaps: dict
 
     @property
-    def rank(self) -> int:
-        return self.members[0].rank
-
-    @property
-    def kind(self) -> str:
-        return self.members[0].kind
-
-    @property
     def told(self) -> tuple[int, str, str, str, str]:
         """The line, what it is about, the function that it is in, what stands there and what is
         tried.
         """
         first, count = min(self.members, key=lambda one: one.place), len(self.members)
         new = short(first.new) + (f", in {count} places" if count > 1 else "")
-        return first.place[0], self.kind, first.scope.name, short(first.old), new
+        return first.place[0], first.kind, first.scope.name, short(first.old), new
 
 
 class Trials:
@@ -97,7 +89,7 @@ class Trials:
         self._body = body
         self._known: dict = {}
 
-    def of(self, request: dict) -> Variants | Watched | Plain:
+    def of(self, request: dict) -> Variants | Watched:
         """Return the program of a request; the last few are remembered."""
         key = json.dumps(request | {"numbers": None})
         if key not in self._known:
@@ -125,8 +117,6 @@ class Trials:
         function, apart = request["function"], request["apart"]
         if request["watched"]:
             return Watched(body, function, apart, words)
-        if request["wave"] is None:
-            return Plain(body, function, apart, words)
         return Variants(body, function, apart, words, WAVES[request["wave"]])
 
 
@@ -134,7 +124,7 @@ class Variants:
     """A program's functions and the changes of them, likely ones first.
 
     body: the statements of the program; apart: functions that are left as they are; words: of the
-    changes made before; ranks: of the changes, the likely ones have the lowest.
+    changes made before; ranks: of the changes, the likely ones have the lowest; () for none.
     """
 
     def __init__(
@@ -149,7 +139,7 @@ class Variants:
         self.scopes = [*scopes(body, function, apart)]
         groups: dict = {}
         signs = _Signs()
-        for scope in self.scopes:
+        for scope in self.scopes if ranks else ():
             for one in _single_changes(scope, ranks, signs):
                 for key in one.alike:
                     groups.setdefault(key, []).append(one)
@@ -169,7 +159,7 @@ class Variants:
         for change in self.changes:
             switched = {}
             for node, new in change.swaps.items():
-                switched[choices.place(node)] = choices.number(node, new)
+                switched[node] = choices.number(node, new)
             on.append(switched)
         return compiled(self.body, self.scopes, choices.chosen), on
 
@@ -395,33 +385,24 @@ def _leg_of(found):
 
 
 class _Choices:
-    """The alternatives of each place."""
+    """The alternatives of each place, which has the id of its node."""
 
     def __init__(self):
-        self._numbers: dict = {}
         self._new: dict = {}
 
-    def place(self, key: int) -> int:
-        return self._numbers.setdefault(key, len(self._numbers))
-
-    def number(self, key: int, new: Any) -> int:
-        known = self._new.setdefault(key, [])
-        for number, other in enumerate(known):
-            if other is new:
-                return number
-        known.append(new)
-        return len(known) - 1
+    def number(self, place: int, new: Any) -> int:
+        known = self._new.setdefault(place, {})
+        return known.setdefault(id(new), (len(known), new))[0]
 
     def chosen(self, node: ast.AST, copy: Any) -> Any:
         """Return a copy of a node that is one of its alternatives where that is switched on."""
         if isinstance(copy, ast.While):
             copy.body.insert(0, ast.parse(f"{SWITCHES}.step()").body[0])
-        new = self._new.get(id(node))
-        if new is None:
+        place = id(node)
+        if place not in self._new:
             return copy
-        place = self._numbers[id(node)]
         test = ast.Compare(ast.Constant(place), [ast.In()], [_switches()])
-        other = _one_of(place, new, 0)
+        other = _one_of(place, [new for _, new in self._new[place].values()], 0)
         if isinstance(node, ast.stmt):
             return ast.copy_location(ast.If(test, other, [copy]), node)
         return ast.copy_location(ast.IfExp(test, other, copy), node)

@@ -12,93 +12,93 @@ import errno
 import os
 import struct
 
-# name: (number on x86_64, on aarch64), None where the machine has none.
-_REFUSED = {
-    "fork": (57, None),
-    "vfork": (58, None),
-    "clone": (56, 220),
-    "execve": (59, 221),
-    "execveat": (322, 281),
-    "kill": (62, 129),
-    "tkill": (200, 130),
-    "tgkill": (234, 131),
-    "rt_sigqueueinfo": (129, 138),
-    "rt_tgsigqueueinfo": (297, 240),
-    "ptrace": (101, 117),
-    "process_vm_readv": (310, 270),
-    "process_vm_writev": (311, 271),
-    "kcmp": (312, 272),
-    "setsid": (112, 157),
-    "setpgid": (109, 154),
-    "setpriority": (141, 140),
-    "sched_setparam": (142, 118),
-    "sched_setscheduler": (144, 119),
-    "sched_setaffinity": (203, 122),
-    "sched_setattr": (314, 274),
-    "ioprio_set": (251, 30),
-    "migrate_pages": (256, 238),
-    "move_pages": (279, 239),
-    "prctl": (157, 167),
-    "personality": (135, 92),
-    "unshare": (272, 97),
-    "setns": (308, 268),
-    "mount": (165, 40),
-    "umount2": (166, 39),
-    "pivot_root": (155, 41),
-    "chroot": (161, 51),
-    "quotactl": (179, 60),
-    "acct": (163, 89),
-    "add_key": (248, 217),
-    "request_key": (249, 218),
-    "keyctl": (250, 219),
-    "bpf": (321, 280),
-    "perf_event_open": (298, 241),
-    "userfaultfd": (323, 282),
-    "socket": (41, 198),
-    "socketpair": (53, 199),
-    "shmget": (29, 194),
-    "semget": (64, 190),
-    "msgget": (68, 186),
-    "mq_open": (240, 180),
-    "memfd_create": (319, 279),
-    "fanotify_init": (300, 262),
-    "open_by_handle_at": (304, 265),
-    "creat": (85, None),
-    "mkdir": (83, None),
-    "mkdirat": (258, 34),
-    "rmdir": (84, None),
-    "unlink": (87, None),
-    "unlinkat": (263, 35),
-    "rename": (82, None),
-    "renameat": (264, 38),
-    "renameat2": (316, 276),
-    "link": (86, None),
-    "linkat": (265, 37),
-    "symlink": (88, None),
-    "symlinkat": (266, 36),
-    "mknod": (133, None),
-    "mknodat": (259, 33),
-    "chmod": (90, None),
-    "fchmod": (91, 52),
-    "fchmodat": (268, 53),
-    "chown": (92, None),
-    "fchown": (93, 55),
-    "lchown": (94, None),
-    "fchownat": (260, 54),
-    "truncate": (76, 45),
-    "ftruncate": (77, 46),
-    "fallocate": (285, 47),
-    "utime": (132, None),
-    "utimes": (235, None),
-    "utimensat": (280, 88),
-    "futimesat": (261, None),
-    "setxattr": (188, 5),
-    "lsetxattr": (189, 6),
-    "fsetxattr": (190, 7),
-    "removexattr": (197, 14),
-    "lremovexattr": (198, 15),
-    "fremovexattr": (199, 16),
-}
+# Name, number on x86_64, on aarch64, - where the machine has none.
+_REFUSED = """
+fork                 57    -
+vfork                58    -
+clone                56  220
+execve               59  221
+execveat            322  281
+kill                 62  129
+tkill               200  130
+tgkill              234  131
+rt_sigqueueinfo     129  138
+rt_tgsigqueueinfo   297  240
+ptrace              101  117
+process_vm_readv    310  270
+process_vm_writev   311  271
+kcmp                312  272
+setsid              112  157
+setpgid             109  154
+setpriority         141  140
+sched_setparam      142  118
+sched_setscheduler  144  119
+sched_setaffinity   203  122
+sched_setattr       314  274
+ioprio_set          251   30
+migrate_pages       256  238
+move_pages          279  239
+prctl               157  167
+personality         135   92
+unshare             272   97
+setns               308  268
+mount               165   40
+umount2             166   39
+pivot_root          155   41
+chroot              161   51
+quotactl            179   60
+acct                163   89
+add_key             248  217
+request_key         249  218
+keyctl              250  219
+bpf                 321  280
+perf_event_open     298  241
+userfaultfd         323  282
+socket               41  198
+socketpair           53  199
+shmget               29  194
+semget               64  190
+msgget               68  186
+mq_open             240  180
+memfd_create        319  279
+fanotify_init       300  262
+open_by_handle_at   304  265
+creat                85    -
+mkdir                83    -
+mkdirat             258   34
+rmdir                84    -
+unlink               87    -
+unlinkat            263   35
+rename               82    -
+renameat            264   38
+renameat2           316  276
+link                 86    -
+linkat              265   37
+symlink              88    -
+symlinkat           266   36
+mknod               133    -
+mknodat             259   33
+chmod                90    -
+fchmod               91   52
+fchmodat            268   53
+chown                92    -
+fchown               93   55
+lchown               94    -
+fchownat            260   54
+truncate             76   45
+ftruncate            77   46
+fallocate           285   47
+utime               132    -
+utimes              235    -
+utimensat           280   88
+futimesat           261    -
+setxattr            188    5
+lsetxattr           189    6
+fsetxattr           190    7
+removexattr         197   14
+lremovexattr        198   15
+fremovexattr        199   16
+"""
 # From this number on the machines agree: close_range, faccessat2, epoll_pwait2, futex_waitv,
 # cachestat, map_shadow_stack, futex_wake, futex_wait, futex_requeue and mseal are let through.
 _NEW, _NEW_KEPT = 424, (436, 439, 441, 449, 451, 453, 454, 455, 456, 462)
@@ -154,9 +154,10 @@ def program(machine: str) -> list[tuple[int, int, int, int]]:
         (_RETURN, 0, 0, _KILL),
         (_LOAD, 0, 0, 0),
     ]
-    for numbers in _REFUSED.values():
-        if numbers[column] is not None:
-            steps += ends(_EQUAL, numbers[column], _REFUSE)
+    for call in _REFUSED.strip().splitlines():
+        number = call.split()[1 + column]
+        if number != "-":
+            steps += ends(_EQUAL, int(number), _REFUSE)
     steps += argument(_OPEN, 1, *ends(_ANY_BIT, _WRITING, _REFUSE), allow)
     steps += argument(_OPENAT, 2, *ends(_ANY_BIT, _WRITING, _REFUSE), allow)
     steps += argument(

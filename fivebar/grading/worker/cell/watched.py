@@ -90,31 +90,23 @@ class Watch:
 def flat(value: Any) -> list[float] | None:
     """Return the numbers of a value, None where it has none or too many."""
     numpy = sys.modules.get("numpy")
-    if isinstance(value, bool):
+    if isinstance(value, int | float | complex):
+        if isinstance(value, bool) or not abs(value) < 1e12:  # false for NaN
+            return None
+        return [value.real, value.imag] if isinstance(value, complex) else [float(value)]
+    if numpy is not None and isinstance(value, numpy.ndarray | numpy.number):
+        if value.size > MOST_NUMBERS or value.dtype.kind not in "iufc":
+            return None
+        value = numpy.asarray(value).ravel().tolist()  # a matrix stays one in ravel
+    if not isinstance(value, list | tuple):
         return None
-    if isinstance(value, int | float):
-        return [float(value)] if abs(value) < 1e12 else None
-    if isinstance(value, complex):
-        return [value.real, value.imag] if abs(value) < 1e12 else None
-    if isinstance(value, list | tuple):
-        numbers: list[float] = []
-        for part in value[: MOST_NUMBERS + 1]:
-            inside = flat(part)
-            if inside is None:
-                return None
-            numbers += inside
-        return numbers if 0 < len(numbers) <= MOST_NUMBERS else None
-    if numpy is None or not isinstance(value, numpy.ndarray | numpy.number):
-        return None
-    if value.size > MOST_NUMBERS or value.dtype.kind not in "iufc":
-        return None
-    parts: list = numpy.asarray(value).ravel().tolist()  # a matrix stays one in ravel
-    if value.dtype.kind == "c":
-        pairs = [(part.real, part.imag) for part in parts]
-        parts = [*chain.from_iterable(pairs)]
-    if not all(abs(part) < 1e12 for part in parts):  # false for NaN
-        return None
-    return [*map(float, parts)]
+    numbers: list[float] = []
+    for part in value[: MOST_NUMBERS + 1]:
+        inside = flat(part)
+        if inside is None:
+            return None
+        numbers += inside
+    return numbers if 0 < len(numbers) <= MOST_NUMBERS else None
 
 
 def _like(value, numbers):
@@ -314,26 +306,3 @@ def _shown(numbers, node, copy):
 
 def _with_old(old, node, copy):
     return old if getattr(node, "id", None) == OLD else copy
-
-
-class Plain:
-    """A program after its changes; it has no more of them."""
-
-    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], words: list[list]):
-        self.body, self.words = body, words
-        self._code = compiled(body, [*scopes(body, function, apart)], lambda node, copy: copy)
-
-    def install(self, space: dict, apart: list[str]) -> bool:
-        """Put the functions into a module, as `Variants` does."""
-        return put_in(space, self._code, apart)
-
-    def told(self, numbers: list) -> dict:
-        """Return the changes that are made, in words."""
-        return {"count": 0, "changes": self.words}
-
-    def switch(self, space: dict, numbers: list) -> None:
-        """Change nothing from call to call."""
-
-    def seen(self, space: dict) -> dict:
-        """Return nothing, as nothing is watched."""
-        return {}
