@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from functools import partial
 
@@ -15,32 +16,39 @@ from .columns import Array, Columns
 from .exercise import Exercise, Misconception
 
 Kind = type[FiveBar] | type[Biglide]
-FOUR, RATES = "q11, q12, q21, q22", "q11D, q12D, q21D, q22D"
-# Of each function its signature, and what it returns of a derivation.
-MODELS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "dgm": ("q11, q21, assembly_mode) -> x, y", ("tip",)),
-    "igm": ("x, y, gamma1, gamma2) -> q11, q21", ("active",)),
-    "dgm_passive": ("q11, q21, assembly_mode) -> q12, q22", ("relative",)),
-    "A": (f"{FOUR}) -> A", ("A",)),
-    "B": (f"{FOUR}) -> B", ("B",)),
-    "compute_A_B": (f"{FOUR}) -> A, B", ("A", "B")),
-    "B_A": (f"{FOUR}) -> B, A", ("B", "A")),
-    "jacobian": (f"{FOUR}) -> J", ("J",)),
-    "velocity_terms": (f"{FOUR}, {RATES}) -> d", ("d",)),
-    "elbows": ("q11, q21) -> x1, y1, x2, y2", ("pivot",)),
-    "dkm": (f"{FOUR}, q11D, q21D) -> xD, yD", ("xi_dot_found",)),
-    "ikm": (f"{FOUR}, xD, yD) -> q11D, q21D", ("rates_found",)),
-    "dkm_passive": (f"{FOUR}, q11D, q21D, xD, yD) -> q12D, q22D", ("passive_found",)),
-    "dkm2": (f"{FOUR}, {RATES}, q11DD, q21DD) -> xDD, yDD", ("xi_ddot_found",)),
-    "ikm2": (f"{FOUR}, {RATES}, xDD, yDD) -> q11DD, q21DD", ("accelerations_found",)),
-    "dkm2_passive": (
-        f"{FOUR}, {RATES}, q11DD, q21DD, xDD, yDD) -> q12DD, q22DD",
-        ("passive_found",),
-    ),
-    "dynamic_model": (f"{FOUR}, {RATES}) -> M, c", ("M", "c")),
-    "inverse_dynamics": (f"{FOUR}, {RATES}, q11DD, q21DD) -> tau1, tau2", ("tau_found",)),
-    "forward_dynamics": (f"{FOUR}, {RATES}, tau1, tau2) -> q11DD, q21DD", ("free_accelerations",)),
-}
+# Each function, what it returns, and that of a derivation.
+_TABLE = """
+dgm(q11, q21, assembly_mode) -> x, y: tip
+igm(x, y, gamma1, gamma2) -> q11, q21: active
+dgm_passive(q11, q21, assembly_mode) -> q12, q22: relative
+A(JOINTS) -> A: A
+B(JOINTS) -> B: B
+compute_A_B(JOINTS) -> A, B: A B
+B_A(JOINTS) -> B, A: B A
+jacobian(JOINTS) -> J: J
+velocity_terms(JOINTS, RATES) -> d: d
+elbows(q11, q21) -> x1, y1, x2, y2: pivot
+dkm(JOINTS, q11D, q21D) -> xD, yD: xi_dot_found
+ikm(JOINTS, xD, yD) -> q11D, q21D: rates_found
+dkm_passive(JOINTS, q11D, q21D, xD, yD) -> q12D, q22D: passive_found
+dkm2(JOINTS, RATES, q11DD, q21DD) -> xDD, yDD: xi_ddot_found
+ikm2(JOINTS, RATES, xDD, yDD) -> q11DD, q21DD: accelerations_found
+dkm2_passive(JOINTS, RATES, q11DD, q21DD, xDD, yDD) -> q12DD, q22DD: passive_found
+dynamic_model(JOINTS, RATES) -> M, c: M c
+inverse_dynamics(JOINTS, RATES, q11DD, q21DD) -> tau1, tau2: tau_found
+forward_dynamics(JOINTS, RATES, tau1, tau2) -> q11DD, q21DD: free_accelerations
+"""
+_TABLE = _TABLE.replace("JOINTS", "q11, q12, q21, q22").replace("RATES", "q11D, q12D, q21D, q22D")
+
+
+def _read(line):
+    signature, parts = line.split(": ")
+    name, arguments, returns = re.split(r"\(|\) -> ", signature)
+    return name, (signature, arguments.split(", "), returns.split(", "), parts.split())
+
+
+# Name -> its signature, arguments and returns, and the quantities of a derivation that these are.
+MODELS = dict(map(_read, _TABLE.strip().splitlines()))
 HELPERS = ("A", "B", "compute_A_B", "B_A", "jacobian", "velocity_terms", "elbows")
 SHAPES: dict[str, tuple[int, ...]] = {"c": (2,), "d": (2,)} | dict.fromkeys("ABJM", (2, 2))
 
@@ -67,7 +75,7 @@ RIGHT = {
 
 def derived(name: str, steps: Mapping[str, Step], robot: Robot, *row: Array) -> Columns:
     """Return what a function of the labs gives with other steps in its derivation, as columns."""
-    arguments, returns = (part.split(", ") for part in MODELS[name][0].split(") -> "))
+    _, arguments, returns, _ = MODELS[name]
     _, found = _computed(name, robot, dict(zip(arguments, row)), steps)
     if len(found) == len(returns):
         return tuple(np.broadcast_to(part, (len(row[0]), *part.shape[1:])) for part in found)
@@ -80,7 +88,7 @@ def derived(name: str, steps: Mapping[str, Step], robot: Robot, *row: Array) -> 
 def _computed(name, robot, given, steps):
     """Return the derivation of a function and the quantities that it returns."""
     s = Derivation(robot, given, steps)
-    return s, [np.asarray(getattr(s, part)) for part in MODELS[name][1]]
+    return s, [np.asarray(getattr(s, part)) for part in MODELS[name][3]]
 
 
 def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
@@ -106,7 +114,8 @@ def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
     places["inertias"] = " and ".join(words.inertias)
     for name in names:
         places["rate"] = "acceleration" if name == "dkm2_passive" else "rate"
-        wrong, arguments = [], MODELS[name][0].split(") -> ")[0].split(", ")
+        signature, arguments, returns, _ = MODELS[name]
+        wrong = []
         with np.errstate(all="ignore"):
             used = _computed(name, kind(), dict.fromkeys(arguments, np.ones(1)), {})[0].used
         # Another slip gives the right answers, and to see that takes time.
@@ -116,15 +125,13 @@ def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
                 model = partial(derived, name, steps)
                 texts = title.format(**places), slip.hint.format(**places)
                 wrong.append(Misconception(*texts, model))
-        signature = MODELS[name][0]
-        returns = tuple(signature.split(" -> ")[1].split(", "))
         turning = name == "dgm_passive" or (name == "igm" and kind.turns)
         exercises.append(
             Exercise(
-                f"{name}({signature}",
+                signature,
                 RIGHT.get(name, partial(derived, name, {})),
                 tuple(wrong),
-                angles=returns if turning else (),
+                angles=tuple(returns) if turning else (),
                 shapes={key: SHAPES[key] for key in returns if key in SHAPES},
             )
         )

@@ -82,82 +82,58 @@ SIGNS = "Go through the signs of your formula: which terms add, and which subtra
 TERMS = "Derive the formula once more on paper: how many terms does it have?"
 NAMES = "Read each name in your formula: which leg, which bar, which derivative is it?"
 MATRICES = "Solve the equation for what you look for: which matrix is on the other side?"
-ORDER = "In which order are these wanted?"
 SHAPES = "Write the shapes and the meaning of rows and columns beside each matrix."
 PRODUCTS = "What does * do with two arrays, and what does @ do?"
 ANGLE = "Draw the angle: which side of the triangle is the cosine, which the sine?"
 ARC = "An arc has no sign of its own. Which two numbers tell atan2 the quadrant?"
+WHOLE = "What does an array of whole numbers do with a fraction that is put into it?"
+BRACKETS = "In which order does Python compute your formula? Where do brackets belong?"
+INDICES = "Read each index in your formula: which row, which column, which leg is it?"
+CROSSINGS = "Which sign has the margin before the crossing, which one behind it? Is it always so?"
+CONDITIONS = "Go through your conditions: which case do they choose, and when?"
+LINES = "Compare this line with that of the other leg."
 DRAWN = "Draw the vector: which way does it point, and which way should it?"
-# (kind of the change, what stands there => what would be right, what it is called, its hint).
-KINDS: tuple[tuple[str, str, str, str], ...] = (
-    ("a function", r"tan\(.*=>.*tan2\(", "atan for atan2", ATAN),
-    ("a function", r"(cos|sin)\(.*=>.*tan2\(", "an arc in place of a direction", ARC),
-    ("a function", r"\ba(rc)?(cos|sin)\b", "arcsine and arccosine exchanged", ANGLE),
-    ("a function", r"\b(sin|cos)\b", "sine and cosine exchanged", ANGLE),
-    ("a function", "", "another function", "What does each function that you call give?"),
-    ("a sign", "", "a wrong sign", SIGNS),
-    ("a square", r"\*\*.*=>.*\*", "a square in place of a product", UNITS),
-    ("a square", "", "a square forgotten", UNITS),
-    ("a root", "", "a root too much or forgotten", UNITS),
-    ("a factor", r"gamma|assembly|branch", "the mode forgotten", "For which mode is it right?"),
-    ("a factor", "", "a wrong factor", f"{UNITS} Where does each factor come from?"),
-    ("an operator", "", "a wrong operator", UNITS),
-    ("a number", "", "a wrong number", "Where does each number in your formula come from?"),
-    (
-        "a whole number",
-        "",
-        "an array of whole numbers",
-        "What does an array of whole numbers do with a fraction that is put into it?",
-    ),
-    ("a term", r"^(?P<rest>.+) [+-] (?P<term>[^+-]+) => (?P=rest)$", "{term} too much", TERMS),
-    ("a term", r"^(?P<rest>.+) => (?P=rest) [+-] (?P<term>[^+-]+)$", "{term} forgotten", TERMS),
-    ("a term", "", "a wrong term", TERMS),
-    ("a formula", "", "a wrong formula", f"{TERMS} Which lengths and angles does it hold?"),
-    (
-        "a bracket",
-        "",
-        "a bracket in the wrong place",
-        "In which order does Python compute your formula? Where do brackets belong?",
-    ),
-    ("a variable", r"^[\w.]+ => [\w.]+$", "{old} in place of {new}", NAMES),
-    ("a variable", r"=> .*(inv|solve)\(", "the wrong matrix inverted", MATRICES),
-    ("a variable", r"=> .* @ ", "a matrix forgotten in a product", SHAPES),
-    ("a variable", "", "a wrong name", NAMES),
-    (
-        "an index",
-        "",
-        "a wrong index",
-        "Read each index in your formula: which row, which column, which leg is it?",
-    ),
-    ("the order", r"tan2\(", "atan2 with x before y", "atan2(1, 0) is 90 degrees: what is yours?"),
-    ("the order", r"^[^(\[].* @ ", "matrices in the wrong order", "Which of them must act first?"),
-    ("the order", "", "the wrong order", ORDER),
-    ("a transpose", "", "a transpose forgotten or too much", SHAPES),
-    ("an inverse", r"=>.*(inv|solve)\(", "an inverse forgotten", MATRICES),
-    ("an inverse", "", "a wrong inverse", MATRICES),
-    ("a matrix product", r"=> .* @ ", "element by element in place of a matrix product", PRODUCTS),
-    ("a matrix product", "", "a matrix product in place of element by element", PRODUCTS),
-    (
-        "a comparison",
-        r"=> .* \* .* < 0$",
-        "crossings in one direction alone",
-        "Which sign has the margin before the crossing, which one behind it? Is it always so?",
-    ),
-    (
-        "a comparison",
-        "",
-        "a wrong condition",
-        "Go through your conditions: which case do they choose, and when?",
-    ),
-    ("a direction", r"^.-(.+), -(.+). => .\1, \2.$", "a vector of the wrong sign", DRAWN),
-    ("a direction", "", "a turn missing or the wrong way", DRAWN),
-    (
-        "a line unlike the other leg's",
-        "",
-        "a line unlike the other leg's",
-        "Compare this line with that of the other leg.",
-    ),
-)
+# Kind of the change; what stands there => what would be right; what it is called; its hint, where a
+# name in braces is a hint above.
+KINDS = r"""
+a function; tan\(.*=>.*tan2\(; atan for atan2; {ATAN}
+a function; (cos|sin)\(.*=>.*tan2\(; an arc in place of a direction; {ARC}
+a function; \ba(rc)?(cos|sin)\b; arcsine and arccosine exchanged; {ANGLE}
+a function; \b(sin|cos)\b; sine and cosine exchanged; {ANGLE}
+a function; ; another function; What does each function that you call give?
+a sign; ; a wrong sign; {SIGNS}
+a square; \*\*.*=>.*\*; a square in place of a product; {UNITS}
+a square; ; a square forgotten; {UNITS}
+a root; ; a root too much or forgotten; {UNITS}
+a factor; gamma|assembly|branch; the mode forgotten; For which mode is it right?
+a factor; ; a wrong factor; {UNITS} Where does each factor come from?
+an operator; ; a wrong operator; {UNITS}
+a number; ; a wrong number; Where does each number in your formula come from?
+a whole number; ; an array of whole numbers; {WHOLE}
+a term; ^(?P<rest>.+) [+-] (?P<term>[^+-]+) => (?P=rest)$; {term} too much; {TERMS}
+a term; ^(?P<rest>.+) => (?P=rest) [+-] (?P<term>[^+-]+)$; {term} forgotten; {TERMS}
+a term; ; a wrong term; {TERMS}
+a formula; ; a wrong formula; {TERMS} Which lengths and angles does it hold?
+a bracket; ; a bracket in the wrong place; {BRACKETS}
+a variable; ^[\w.]+ => [\w.]+$; {old} in place of {new}; {NAMES}
+a variable; => .*(inv|solve)\(; the wrong matrix inverted; {MATRICES}
+a variable; => .* @ ; a matrix forgotten in a product; {SHAPES}
+a variable; ; a wrong name; {NAMES}
+an index; ; a wrong index; {INDICES}
+the order; tan2\(; atan2 with x before y; atan2(1, 0) is 90 degrees: what is yours?
+the order; ^[^(\[].* @ ; matrices in the wrong order; Which of them must act first?
+the order; ; the wrong order; In which order are these wanted?
+a transpose; ; a transpose forgotten or too much; {SHAPES}
+an inverse; =>.*(inv|solve)\(; an inverse forgotten; {MATRICES}
+an inverse; ; a wrong inverse; {MATRICES}
+a matrix product; => .* @ ; element by element in place of a matrix product; {PRODUCTS}
+a matrix product; ; a matrix product in place of element by element; {PRODUCTS}
+a comparison; => .* \* .* < 0$; crossings in one direction alone; {CROSSINGS}
+a comparison; ; a wrong condition; {CONDITIONS}
+a direction; ^.-(.+), -(.+). => .\1, \2.$; a vector of the wrong sign; {DRAWN}
+a direction; ; a turn missing or the wrong way; {DRAWN}
+a line unlike the other leg's; ; a line unlike the other leg's; {LINES}
+"""
 
 
 @dataclass(frozen=True)
@@ -378,8 +354,10 @@ def _kind(change):
     """Return what a kind of change is called, and its hint."""
     new = change.new.split(", in ")[0]
     text = f"{change.old} => {new}"
-    for kind, pattern, name, hint in KINDS:
+    for line in KINDS.strip().splitlines():
+        kind, pattern, name, hint = line.split("; ")
         found = re.search(pattern, text, re.DOTALL)
         if kind == change.kind and found:
-            return name.format(old=change.old, new=new, **found.groupdict()), hint
+            told = name.format(old=change.old, new=new, **found.groupdict())
+            return told, hint.format(**globals())
     raise LookupError(f"a change of no known kind: {change.kind}")

@@ -8,6 +8,8 @@ from ..report.pose_figure import pose_figure
 from .ask import Asked, Wrong
 
 SCHEMA = 1
+# What a Check has of its Verdict.
+OF_VERDICT = "share reason text wrong rows asked came off line source beside".split()
 
 
 @dataclass(frozen=True)
@@ -53,53 +55,36 @@ def checked(
     """Return the Check of a test that ended with `error` (None: passed) after the `record` of what
     it asked.
     """
+    test = name, title, points
     if error is not None and not isinstance(error, AssertionError):
         text = (
             f"the check itself failed: {type(error).__name__}: {' '.join(str(error).split())[:300]}"
         )
-        return Check(name, title, points, 0.0, 0.0, "broken", reason="broken", text=text)
+        return Check(*test, 0.0, 0.0, "broken", reason="broken", text=text)
     remarks = tuple(dict.fromkeys(remark for asked in record for remark in asked.verdict.remarks))
     functions = [asked.function for asked in record if asked.function]
     function = functions[-1] if functions else ""
     if error is None:
         beside = record[-1].verdict.beside if record else ""
-        return Check(
-            name, title, points, points, 1.0, "right", function, remarks=remarks, beside=beside
-        )
+        return Check(*test, points, 1.0, "right", function, remarks=remarks, beside=beside)
     if not isinstance(error, Wrong):  # a plain assert in the check
         text = " ".join(str(error).split())[:300] or "the check's assertion does not hold"
-        return Check(
-            name, title, points, 0.0, 0.0, "wrong", function, "value", text, remarks=remarks
-        )
+        return Check(*test, 0.0, 0.0, "wrong", function, "value", text, remarks=remarks)
     v, asked = error.verdict, record[-1]
-    earned = min(round(points * v.share, 2), points)
     figure = ""
     if v.sample and asked.robot and asked.exercise:
         figure = pose_figure(asked.robot, asked.exercise, v.sample)
     return Check(
-        name,
-        title,
-        points,
-        earned,
-        v.share,
-        "partly" if v.share > 0 else "wrong",
-        function,
-        v.reason,
-        v.text,
-        v.wrong,
-        v.rows,
-        v.asked,
-        v.came,
-        v.off,
-        v.mistake,
-        v.diagnosis.hint if v.diagnosis else "",
-        v.line,
-        v.source,
-        f"line {v.line}" if v.line else "",
-        "",
-        remarks,
-        v.beside,
-        figure,
+        *test,
+        min(round(points * v.share, 2), points),
+        outcome="partly" if v.share > 0 else "wrong",
+        function=function,
+        misconception=v.mistake,
+        hint=v.diagnosis.hint if v.diagnosis else "",
+        place=f"line {v.line}" if v.line else "",
+        remarks=remarks,
+        figure=figure,
+        **{key: getattr(v, key) for key in OF_VERDICT},
     )
 
 

@@ -18,21 +18,9 @@ from ..judging.results import Report, withheld
 from .text import headlines, told, word
 
 CHECK_COLUMNS = (
-    "student",
-    "submission",
-    "check",
-    "title",
-    "function",
-    "max_points",
-    "points",
-    "share",
-    "outcome",
-    "reason",
-    "misconception",
-    "wrong",
-    "rows",
-    "off",
-)
+    "student submission check title function max_points points share outcome reason misconception"
+    " wrong rows off"
+).split()
 _HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
 # At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part
 # cells.
@@ -92,22 +80,9 @@ def csv_text(columns: Sequence[str], rows: Iterable) -> str:
 def check_rows(report: Report) -> Iterator[tuple]:
     """Yield one row per check, in the order of CHECK_COLUMNS."""
     for check in report.checks:
-        yield (
-            report.student,
-            report.submission,
-            check.name,
-            check.title,
-            check.function,
-            check.max_points,
-            check.points,
-            round(check.share, 6),
-            word(check),
-            check.reason,
-            check.misconception,
-            check.wrong,
-            check.rows,
-            check.off,
-        )
+        found = vars(report) | vars(check) | {"check": check.name, "outcome": word(check)}
+        found["share"] = round(check.share, 6)
+        yield tuple(found[column] for column in CHECK_COLUMNS)
 
 
 def gradescope_text(report: Report) -> str:
