@@ -19,7 +19,7 @@ from .search import MOST_FUNCTIONS, Mend, find_mend
 if TYPE_CHECKING:
     from ..plugin import Checks
 
-MOST_SECONDS = 40.0  # of processor time, of the changes that are tried in a file
+MOST_SECONDS = 20.0  # of processor time, of the changes that are tried in a file
 SHARE = 0.6  # of what is left, for one function
 NAMED = 0.1  # for one whose mistake has a name, where no other one can be helped
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes

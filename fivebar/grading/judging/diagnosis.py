@@ -16,7 +16,7 @@ from ...models.robots import Robot
 from ..columns import Columns
 from ..exercise import Exercise, Misconception
 from .of_any_function import arguments_exchanged, in_degrees, returned_in_degrees
-from .relations import constant, constant_part, exchanged, largest
+from .relations import exchanged, largest, unwritten
 
 EXACT = 1e-9  # of a wrong model's largest answer
 
@@ -92,23 +92,17 @@ def diagnose(answers: Answers) -> Misconception | None:
     exercise = answers.exercise
     if not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing a mistake could fit
         return None
+    still = unwritten(answers)
+    if still and not np.nan_to_num(answers.came).any():
+        return still
     return (
-        _same_everywhere(answers)
-        or constant_part(answers)
-        or _single(answers, exercise.wrong)
+        _single(answers, exercise.wrong)
+        or still  # one answer to all rows is a stored one, unless it is 0
         or _single(answers, in_degrees(exercise, answers.robot))
         or _single(answers, returned_in_degrees(exercise))
         or exchanged(answers)
         or _single(answers, arguments_exchanged(exercise))
     )
-
-
-def _same_everywhere(answers):
-    """Return the mistake of who gives one answer to all rows: a stored one, unless it is 0."""
-    same = constant(answers)
-    if same and np.nan_to_num(answers.came).any():
-        return _single(answers, answers.exercise.wrong) or same
-    return same
 
 
 def _single(answers, misconceptions):

@@ -16,7 +16,7 @@ from ..exercise import Exercise, Misconception
 from ..values import Unfit, read
 from ..worker.replies import KINDS, Reply
 from .diagnosis import Answers, diagnose, difference
-from .relations import differences, largest
+from .relations import largest
 
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a
@@ -131,8 +131,6 @@ def judge(
         text += " (where no answer exists, refusing earns points only if another answer is right)"
     with np.errstate(all="ignore"):
         diagnosis = diagnose(answers)
-        if diagnosis is None and reasons[first] == "value":
-            text += "".join(f"; {what}" for what in differences(answers))
     return Verdict(
         share,
         reasons[first],

@@ -1,8 +1,7 @@
-"""Plain relations of wrong answers to the right ones: the same, exchanged, a sign, a turn."""
+"""Plain relations of wrong answers to the right ones: always the same, exchanged."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,43 +12,29 @@ if TYPE_CHECKING:
     from .diagnosis import Answers
 
 MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
-AFFINE = 1e-6  # of the largest answer
-CLOSE = 0.01  # of the largest answer
 FEWEST = 4  # rows; a relation that fewer rows confirm may be a coincidence
 
 
-def constant(answers: Answers) -> Misconception | None:
-    """Return the misconception of who gives the same answer to all rows."""
+def unwritten(answers: Answers) -> Misconception | None:
+    """Return the misconception of who gives the same answer to all rows, or the same number in
+    place of some of the returned ones, where the others are right.
+    """
     known = _told(answers)
     if known is None:
         return None
-    range_came = np.ptp(answers.came[known], axis=0)
-    range_expected = np.ptp(answers.expected[known], axis=0)
-    if range_came.max() > 0 or range_expected.max() == 0:
-        return None
-    return _unwritten("always the same answer")
-
-
-def constant_part(answers: Answers) -> Misconception | None:
-    """Return the misconception of who gives the same number to all rows in place of some of the
-    returned ones, where the others are right.
-    """
-    known = _told(answers)
-    if known is None or any(map(answers.exercise.shape, answers.exercise.returns)):
-        return None
     came, expected = answers.came[known], answers.expected[known]
-    same = (np.ptp(came, axis=0) == 0) & (np.ptp(expected, axis=0) > 0)
-    right = (answers.difference(answers.came, answers.expected) <= answers.limits)[known]
-    if not np.all(same | right.all(axis=0)):
+    still, moves = np.ptp(came, axis=0) == 0, np.ptp(expected, axis=0) > 0
+    told = ["always the same answer"] if still.all() and moves.any() else []
+    if not told and not any(map(answers.exercise.shape, answers.exercise.returns)):
+        right = (answers.difference(answers.came, answers.expected) <= answers.limits)[known]
+        same = still & moves
+        if np.all(same | right.all(axis=0)):
+            names = np.array(answers.exercise.returns)[same]
+            told = [f"{name} is {number:g}" for name, number in zip(names, came[0, same])]
+    if not told:
         return None
-    names = [name for name, part in zip(answers.exercise.returns, same) if part]
-    told = [f"{name} is {number:g}" for name, number in zip(names, came[0, same])]
-    return _unwritten(" and ".join(told)) if told else None
-
-
-def _unwritten(what):
     return Misconception(
-        f"{what}, whatever the arguments: is it still to be written?",
+        f"{' and '.join(told)}, whatever the arguments: is it still to be written?",
         "Does your function use its arguments?",
         None,
         idle=True,
@@ -58,16 +43,11 @@ def _unwritten(what):
 
 def _told(answers):
     """Return the rows (n,) with an answer, None where they are too few to tell a relation."""
-    known = _known(answers)
+    known = np.isfinite(answers.came).all(axis=1) & ~answers.none
     clear = known | answers.none | answers.refused
     if known.sum() < FEWEST or not clear.all():
         return None
     return known
-
-
-def _known(answers):
-    finite = np.isfinite(answers.came).all(axis=1)
-    return finite & ~answers.none
 
 
 def exchanged(answers: Answers) -> Misconception | None:
@@ -113,34 +93,3 @@ def largest(answers: np.ndarray) -> np.ndarray:
     existing = np.where(np.isnan(answers), 0.0, sizes)
     most = np.max(existing, axis=0, initial=0.0)
     return np.where(most > 0, most, 1.0)
-
-
-def differences(answers: Answers) -> Iterator[str]:
-    """Yield what differs in wrong answers of no known mistake: a sign, half a turn."""
-    known = _known(answers)
-    wrong = known & ~answers.good
-    came = answers.came[wrong]
-    expected = answers.expected[wrong]
-    if len(came) < FEWEST:
-        return
-    count = f"in {len(came)} of {known.sum()} rows"
-    scale = largest(expected)
-    limits = AFFINE * scale
-    of_sizes = np.abs(np.abs(came) - np.abs(expected))
-    of_values = np.abs(came - expected)
-    if np.all(of_sizes <= limits) and np.all(np.any(of_values > limits, axis=1)):
-        yield f"the size is right and the sign is wrong {count}"
-    elif _half_a_turn_off(answers, came, expected, limits):
-        yield f"off by half a turn {count}"
-    elif np.all(of_values <= CLOSE * scale):
-        off = np.max(of_values / scale)
-        yield f"close to the right value: off by at most {100 * off:.2g} %"
-
-
-def _half_a_turn_off(answers, came, expected, limits):
-    angles = answers.exercise.is_angle()
-    if not angles.all():
-        return False
-    # Half a turn is a whole one of the doubled angle.
-    of_doubled = answers.difference(2 * came, 2 * expected)
-    return np.all(of_doubled <= 2 * limits)
