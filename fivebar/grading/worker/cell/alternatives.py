@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, permutations
 
-from scopes import Scope, other_leg
+from scopes import Scope, names_in, other_leg
 
 # An operator, what may be meant, and what is then wrong.
 _OPERATORS = """
@@ -168,7 +168,7 @@ def _exchanged(node, scope):
     other's place, or two arguments that it holds once.
     """
     text = ast.unparse(node)
-    names = [part.id for part in ast.walk(node) if isinstance(part, ast.Name)]
+    names = names_in([node])
     numbers = sorted({*scope.constants} & {*names})
     once = [name for name in scope.arguments if names.count(name) == 1]
     ways = [

@@ -9,7 +9,7 @@ import builtins
 import contextlib
 import re
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from types import FunctionType, ModuleType
@@ -67,13 +67,8 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             called = owner.name if owner and name == "__init__" else name
             defined.setdefault(called, []).append((made, name))
             arguments[called] = _own_arguments(made)
-    constants = []
-    for node in body:
-        if not isinstance(node, ast.Assign) or function_of(node)[0] is not None:
-            continue
-        for part in chain(*map(ast.walk, node.targets)):
-            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
-                constants.append(part.id)
+    lines = [node for node in body if isinstance(node, ast.Assign) and not function_of(node)[0]]
+    constants = names_in(chain(*(node.targets for node in lines)), ast.Store)
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
     every = [node for made in defined.values() for node, _ in made]
     complex_numbers = any("1j" in ast.unparse(node) for node in every)
@@ -84,17 +79,12 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             continue
         seen.append(name)
         for node, _ in defined[name]:
-            for part in ast.walk(node):
-                if isinstance(part, ast.Name):
-                    waiting.append(part.id)
-                elif isinstance(part, ast.Attribute):
-                    waiting.append(part.attr)
+            parts = ast.walk(node)
+            waiting += [getattr(part, "id", getattr(part, "attr", "")) for part in parts]
     for node, name in chain(*(defined[name] for name in seen)):
-        parts = [*ast.walk(node)]
-        given = [part.arg for part in parts if isinstance(part, ast.arg) and part.arg != "self"]
-        names = [part for part in parts if isinstance(part, ast.Name)]
-        stored = sorted({part.id for part in names if isinstance(part.ctx, ast.Store)})
-        used = frozenset(part.id for part in names)
+        of_functions = [part.arg for part in ast.walk(node) if isinstance(part, ast.arg)]
+        given = {*of_functions} - {"self"}
+        stored = sorted({*names_in([node], ast.Store)})
         known = {*given, *stored, *constants, *defined, *top}
         yield Scope(
             node,
@@ -102,11 +92,17 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             _own_arguments(node),
             stored,
             constants,
-            used | {*given, *constants},
+            frozenset({*names_in([node]), *given, *constants}),
             arguments,
             frozenset({*known, *dir(builtins)}),
             complex_numbers,
         )
+
+
+def names_in(nodes: Iterable[ast.AST], *contexts: type) -> list[str]:
+    """Return the names in trees that are read, ast.Load, or get a value, ast.Store; else both."""
+    names = [part for part in chain(*map(ast.walk, nodes)) if isinstance(part, ast.Name)]
+    return [name.id for name in names if isinstance(name.ctx, contexts or ast.expr_context)]
 
 
 def function_of(node: ast.stmt) -> tuple[ast.FunctionDef | ast.Lambda | None, str]:
@@ -134,8 +130,7 @@ def arrays(body: list[ast.stmt]) -> dict[str, ast.Assign]:
         elif isinstance(part, ast.Subscript) and isinstance(part.ctx, ast.Store):
             names.add(getattr(part.value, "id", ""))
     top = [node for node in body if not isinstance(node, ast.FunctionDef | ast.ClassDef)]
-    inside = [part for part in chain(*map(ast.walk, top)) if isinstance(part, ast.Name)]
-    stored = [part.id for part in inside if isinstance(part.ctx, ast.Store)]
+    stored = names_in(top, ast.Store)
     names |= {name for name in stored if stored.count(name) > 1}
     functions = {name for _, name in map(function_of, body)}
     found: dict[str, ast.Assign] = {}
@@ -143,8 +138,7 @@ def arrays(body: list[ast.stmt]) -> dict[str, ast.Assign]:
         target = node.targets[0] if isinstance(node, ast.Assign) else None
         if not isinstance(node, ast.Assign) or not isinstance(target, ast.Name):
             continue
-        made = [*ast.walk(node.value)]
-        used = {part.id for part in made if isinstance(part, ast.Name)}
+        made, used = [*ast.walk(node.value)], {*names_in([node.value])}
         is_array = any(isinstance(part, ast.List) for part in made) or used & found.keys()
         if len(made) > MOST_OF_ARRAY or used & functions:
             continue

@@ -14,7 +14,7 @@ from itertools import chain
 from typing import Any
 
 from alternatives import Place, places
-from scopes import compiled, exchanged, other_leg, put_in, rebuilt, scopes, short
+from scopes import compiled, exchanged, names_in, other_leg, put_in, rebuilt, scopes, short
 
 WATCH = "__watch__"  # name of the watch in the student's module
 OLD = "__old__"  # what stands in a place, in what is written there
@@ -231,8 +231,7 @@ class Watched:
 
 def _unread(scope):
     """Return the names to which a function gives a value that it does not use."""
-    names = [part for part in ast.walk(scope.function) if isinstance(part, ast.Name)]
-    read = {name.id for name in names if isinstance(name.ctx, ast.Load)}
+    read = names_in([scope.function], ast.Load)
     return [name for name in scope.stored if name not in read]
 
 
