@@ -101,7 +101,7 @@ def _carried_out(source, lab, function, changes):
     """The source with the changes made, one after the other."""
     body = ast.parse(source).body
     for line, old, new in changes:
-        made = (_made(body, lab, function, line, old, new, ranks) for ranks in WAVES.values())
+        made = (_made(body, lab, function, line, old, new, ranks) for ranks in WAVES)
         body = next(filter(None, made), None) or _written(body, lab, function, line, old, new)
         if body is None:
             return None

@@ -26,7 +26,7 @@ from watched import Watched
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TOLD = 8  # changes of one request that are told in words
-WAVES = {None: (), 0: (0, 1), 1: (2,), 2: (3, 4)}  # ranks tried together
+WAVES = (0, 1), (2,), (3, 4)  # ranks tried together
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 ONE_LEG = "a line unlike the other leg's"
@@ -117,7 +117,8 @@ class Trials:
         function, apart = request["function"], request["apart"]
         if request["watched"]:
             return Watched(body, function, apart, words)
-        return Variants(body, function, apart, words, WAVES[request["wave"]])
+        wave = request["wave"]
+        return Variants(body, function, apart, words, () if wave is None else WAVES[wave])
 
 
 class Variants:
