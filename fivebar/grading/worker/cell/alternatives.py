@@ -321,10 +321,13 @@ def _with_brackets(text, tokens, words):
 
 
 def _moved_ends(node):
-    """Yield a sum with a function in it that ends later, f(a) + b as f(a + b), and a sum of squares
-    as the square of the sum.
+    """Yield a sum with a function in it that ends later, f(a) + b as f(a + b), a sum of squares as
+    the square of the sum, and a product of a sum without its last term, a*(b + c) as a*b + c.
     """
     left, op, right = node.left, node.op, node.right
+    is_sum = isinstance(right, ast.BinOp) and isinstance(right.op, ast.Add | ast.Sub)
+    if is_sum and isinstance(op, ast.Mult | ast.MatMult):
+        yield ast.BinOp(ast.BinOp(left, op, right.left), right.op, right.right)
     powers = isinstance(left, ast.BinOp) and isinstance(right, ast.BinOp)
     if powers and isinstance(left.op, ast.Pow) and isinstance(right.op, ast.Pow):
         yield ast.BinOp(ast.BinOp(left.left, op, right.left), ast.Pow(), left.right)
