@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import re
 
-from alternatives import Alternatives, Place, inverse_of, name_of, transposed
+from alternatives import Alternatives, Place, name_of, transposed
 
 _VALUES = ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute
 
@@ -27,21 +27,14 @@ def additions(place: Place) -> Alternatives:
 def _added(place):
     """Yield what has been forgotten."""
     node, parent, scope = place.node, place.parent, place.scope
-
-    def with_(op, right):
-        return ast.BinOp(node, op, right)
-
-    if scope.complex_numbers:
-        quarter = ast.Constant(1j)
-        back = ast.UnaryOp(ast.USub(), quarter)
-        yield 4, "a direction", with_(ast.Mult(), quarter)
-        yield 4, "a direction", with_(ast.Mult(), back)
     matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
     whole = isinstance(parent, ast.Return | ast.Assign | ast.Tuple | ast.List | ast.Lambda)
     if matrices or whole or isinstance(parent, ast.Call | ast.Attribute):
         yield 3, "a transpose", transposed(node)
-        yield 3, "an inverse", inverse_of(node)
+        # In code that needs no import.
+        inverse = ast.parse("__import__('numpy').linalg.inv", mode="eval").body
+        yield 3, "an inverse", ast.Call(inverse, [node], [])
     # Rows of one mode alone are wrong without it, and do not tell a mode from a sign.
     for name in scope.arguments if place.term else ():
         if re.match("assembly|gamma|branch", name):
-            yield 4, "a factor", with_(ast.Mult(), name_of(name))
+            yield 4, "a factor", ast.BinOp(node, ast.Mult(), name_of(name))

@@ -11,6 +11,7 @@ import ast
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
 from itertools import combinations, permutations
 
 from scopes import Scope, names_in, other_leg
@@ -65,8 +66,6 @@ LARGEST_THRESHOLD = 0.05
 MOST_WHOLE = 20  # of whole numbers that may be off by 1
 MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
 MOST_ARGUMENTS = 4  # of a call of which all orders are tried
-NUMPY = "__import__('numpy')"
-LINEAR_ALGEBRA = f"{NUMPY}.linalg."
 MOST_TOKENS = 60  # of a formula in which brackets are tried
 _TOKEN = re.compile(r"[\w.]+|\*\*|//|[^\s\w]")
 _WORD = re.compile(r"[\w.]")
@@ -231,12 +230,6 @@ def _of_operation(place):
     if isinstance(op, ast.Sub):
         both = ast.BinOp(left, ast.Add(), right)
         yield 1, "a sign", ast.UnaryOp(ast.USub(), both)
-    if isinstance(op, ast.Mult) and isinstance(left, ast.Constant):
-        yield 1, "a square", ast.BinOp(right, ast.Pow(), left)
-    if isinstance(op, ast.Div) and isinstance(left, ast.Constant):
-        yield 2, "an inverse", inverse_of(right)
-    if isinstance(op, ast.Pow) and isinstance(right, ast.UnaryOp):
-        yield 2, "an inverse", inverse_of(left)
     if not isinstance(op, ast.Add | ast.Mult):
         yield 1, "the order", ast.BinOp(right, op, left)
     yield from ((1, "a bracket", new) for new in _moved_ends(node))
@@ -247,21 +240,10 @@ def _of_operation(place):
 
 
 def _of_matrices(node):
-    """Yield a product of matrices in all orders, and with the inverse at another factor."""
+    """Yield a product of matrices in all orders."""
     factors = [*_factors(node)]
-    if len(factors) > MOST_FACTORS:
-        return
-    inverses = [_inverted(factor) for factor in factors]
-    plain = [inverse or factor for factor, inverse in zip(factors, inverses)]
-    ways: list = [factors]
-    for place in range(len(plain) if any(inverses) else 0):
-        way = [*plain]
-        way[place] = inverse_of(plain[place])
-        ways.append(way)
-    for rank, way in enumerate(ways):
-        for order in permutations(way):
-            kind = "an inverse" if rank else "the order"
-            yield 2 + (rank > 0), kind, _product([*order])
+    for order in permutations(factors) if len(factors) <= MOST_FACTORS else ():
+        yield 2, "the order", reduce(lambda a, b: ast.BinOp(a, ast.MatMult(), b), order)
 
 
 def _factors(node):
@@ -270,19 +252,6 @@ def _factors(node):
         yield from _factors(node.right)
     else:
         yield node
-
-
-def _product(factors):
-    product = factors[0]
-    for factor in factors[1:]:
-        product = ast.BinOp(product, ast.MatMult(), factor)
-    return product
-
-
-def _inverted(node):
-    """Return the matrix of which a node is the inverse, None where it is none."""
-    is_inverse = _callee(node).endswith("inv") and len(node.args) == 1
-    return node.args[0] if is_inverse else None
 
 
 def _brackets(node: ast.expr) -> Iterator[ast.expr]:
@@ -353,11 +322,6 @@ def _of_number(place):
             yield 1, "a number", ast.Constant(other)
 
 
-def inverse_of(node: ast.expr) -> ast.expr:
-    """Return the inverse of a matrix, in code that needs no import."""
-    return ast.Call(ast.parse(f"{LINEAR_ALGEBRA}inv", mode="eval").body, [node], [])
-
-
 def transposed(node: ast.expr) -> ast.expr:
     """Return the transpose of a matrix."""
     return ast.Attribute(node, "T", ast.Load())
@@ -367,7 +331,6 @@ def _of_attribute(place):
     node = place.node
     if node.attr == "T":
         yield 0, "a transpose", node.value
-        yield 2, "an inverse", inverse_of(node.value)
     for other in _MEANT.get(node.attr, ()):
         yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
 
@@ -385,11 +348,8 @@ def _of_call(place):
     if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
         return
     if len(arguments) == 1:
-        kind = "an inverse" if name.endswith("inv") else "a root"
-        if kind == "an inverse" or name == "sqrt":
-            yield 2, kind, arguments[0]
-        if kind == "an inverse":
-            yield 2, "an inverse", transposed(arguments[0])
+        if name.endswith("inv"):
+            yield 2, "an inverse", arguments[0]
     elif len(arguments) <= MOST_ARGUMENTS:
         for order in [*permutations(arguments)][1:]:
             yield 1, "the order", ast.Call(node.func, [*order], keywords)
@@ -398,7 +358,6 @@ def _of_call(place):
             yield 2, "the order", ast.Call(node.func, order, keywords)
     if name == "solve" and len(arguments) == 2:
         matrix, vector = arguments
-        yield 1, "an inverse", ast.BinOp(matrix, ast.MatMult(), vector)
         yield 1, "a transpose", ast.Call(node.func, [transposed(matrix), vector], [])
     quotient = arguments[0]
     if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
@@ -409,10 +368,6 @@ def _of_call(place):
             other = "__import__('math').atan2"
         function = ast.parse(other, mode="eval").body
         yield 1, "a function", ast.Call(function, both, [])
-    last = arguments[-1]
-    if isinstance(last, ast.BinOp) and isinstance(last.op, ast.Add | ast.Sub):
-        inner = ast.Call(node.func, [*arguments[:-1], last.left], keywords)
-        yield 1, "a bracket", ast.BinOp(inner, last.op, last.right)
 
 
 def exchanges(parts: list) -> Iterator[list]:

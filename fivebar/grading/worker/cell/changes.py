@@ -18,7 +18,7 @@ from itertools import chain
 from typing import Any
 
 from additions import additions
-from alternatives import FIRST_ADDED, alternatives, exchanges, places
+from alternatives import FIRST_ADDED, alternatives, places
 from loading import deep
 from scopes import Scope, compiled, exchanged, other_leg, put_in, scopes, short
 from watched import Watched
@@ -303,13 +303,6 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
         for node in body:
             if isinstance(node, ast.AugAssign):
                 yield from _of_update(node)
-            if isinstance(node, ast.If) and node.orelse:
-                yield 1, "a comparison", [node], [[ast.If(node.test, node.orelse, node.body)]]
-            targets = node.targets[0] if isinstance(node, ast.Assign) else None
-            if isinstance(targets, ast.Tuple):
-                for elements in exchanges(targets.elts):
-                    other = ast.Assign([ast.Tuple(elements, ast.Store())], node.value)
-                    yield 2, "the order", [node], [[other]]
 
 
 def _of_other_leg(body):
@@ -342,7 +335,6 @@ def _of_update(node):
     if other:
         kind = "a sign" if isinstance(node.op, ast.Add | ast.Sub) else "an operator"
         yield 0, kind, [node], [[ast.AugAssign(node.target, other(), node.value)]]
-    yield 2, "an operator", [node], [[ast.Assign([node.target], node.value)]]
 
 
 def _ordered(groups):

@@ -27,8 +27,7 @@ _LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 class Scope:
     """The names of a function, or of a line that makes an array of the file: arguments in order,
     those to which it gives a value, numbers of the file; all of them; functions of the file with
-    their arguments; known: all names with a value; complex_numbers: whether the file computes with
-    them.
+    their arguments; known: all names with a value.
     """
 
     function: ast.FunctionDef | ast.Lambda | ast.Assign
@@ -39,7 +38,6 @@ class Scope:
     names: frozenset[str]
     functions: dict[str, list[str]]
     known: frozenset[str]
-    complex_numbers: bool = False
 
     def like(self, name: str) -> list[str]:
         """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
@@ -70,8 +68,6 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
     lines = [node for node in body if isinstance(node, ast.Assign) and not function_of(node)[0]]
     constants = names_in(chain(*(node.targets for node in lines)), ast.Store)
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
-    every = [node for made in defined.values() for node, _ in made]
-    complex_numbers = any("1j" in ast.unparse(node) for node in every)
     waiting, seen = deque([function]), []
     while waiting:
         name = waiting.popleft()
@@ -95,7 +91,6 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             frozenset({*names_in([node]), *given, *constants}),
             arguments,
             frozenset({*known, *dir(builtins)}),
-            complex_numbers,
         )
 
 
