@@ -134,26 +134,6 @@ def test_nobody_forgets_to_divide_by_a_rate():
     assert next(formulas(Values(values.old, values.wanted, {"w": here["w"]})))[0] == "a factor"
 
 
-def test_rates_of_two_kinds_have_a_difference():
-    visits = [{"yD": [0.3], "q11D": [0.7], OLD: [1.0]}, {"yD": [0.4], "q11D": [0.1], OLD: [1.0]}]
-    assert known_values(visits, 1)["(yD - q11D)"] == pytest.approx([-0.4, 0.3])
-
-
-def test_a_matrix_times_two_rates_that_belong_together_is_known():
-    draw = np.random.default_rng(14)
-    visits = []
-    for _ in range(3):
-        a, b, x, y = draw.uniform(0.1, 1.0, (4, 1)).tolist()
-        block = draw.normal(size=8).tolist()
-        visits.append({"q12D": a, "q22D": b, "xD": x, "yD": y, "K": block, OLD: [0.0] * 4})
-    known = known_values(visits, 4)
-    for names in (("q12D", "q22D"), ("xD", "yD")):
-        vectors = [[visit[name][0] for name in names] for visit in visits]
-        right = [np.reshape(v["K"], (4, 2)) @ pair for v, pair in zip(visits, vectors)]
-        text = f"(K @ __import__('numpy').array([{', '.join(names)}]))"
-        assert known[text] == pytest.approx(np.ravel(right))
-
-
 def test_a_term_of_four_factors_is_found():
     here, elsewhere = samples(9), samples(10)
     for known in (here, elsewhere):

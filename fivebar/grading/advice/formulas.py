@@ -27,7 +27,7 @@ MATRIX = 4  # numbers
 _PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)|\([\w.]+\(\w+\)\)|\(\w+D [+-] \w+D\)")
 _DERIVATIVE = re.compile(r"[\w.]*[^D\W]D+")
 _MADE_SUM = re.compile(r"\([\w.]+ [+-] [\w.]+\)")
-MATH, NUMPY = "__import__('math').", "__import__('numpy')."
+MATH = "__import__('math')."
 Found = tuple[str, str]  # kind of the mistake, and the formula
 
 

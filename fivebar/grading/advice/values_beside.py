@@ -9,12 +9,11 @@ from itertools import combinations
 
 import numpy as np
 
-from .formulas import MATH, NUMPY, OLD
+from .formulas import MATH, OLD
 
 DIGITS = 9  # after the point, in which two values are the same
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _ARRAY = re.compile(r"[A-Za-z_][\w.]*(\(\w+\))?")  # a name, or what a function gives for one
-_RATE = re.compile(r"\w*[^D]D")
 _ANGLE = re.compile(r"\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?")
 
 
@@ -33,15 +32,12 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         if len(sizes) == 1 and _ARRAY.fullmatch(text):
             arrays[text] = np.array(parts)
     old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
-    plain = dict(numbers)
     numbers |= _sums(numbers)
     numbers |= _turned(numbers)
-    numbers |= _speeds(plain)
     if size == 1:
-        numbers |= _products(arrays)
+        numbers |= _parts(arrays)
     else:
-        vectors = arrays | _pairs(arrays)
-        numbers |= _images(arrays, vectors, size)
+        numbers |= _images(arrays, size)
     return old | _different(numbers)
 
 
@@ -52,16 +48,6 @@ def _sums(numbers):
         if _NAME.fullmatch(one) and _kin(one) == _kin(other):
             made[f"({one} + {other})"] = a + b
             made[f"({one} - {other})"] = a - b
-    return made
-
-
-def _speeds(numbers):
-    """Return the differences of rates of other kinds: yD and q11D."""
-    rates = [name for name in numbers if _RATE.fullmatch(name)]
-    made = {}
-    for one, other in combinations(rates, 2):
-        if _kin(one) != _kin(other):
-            made[f"({one} - {other})"] = numbers[one] - numbers[other]
     return made
 
 
@@ -80,41 +66,22 @@ def _turned(numbers):
     return made
 
 
-def _products(arrays):
-    """Return the parts of plane vectors, and the scalar and the cross products of any two."""
-    vectors = {name: value.T for name, value in arrays.items() if value.shape[1] == 2}
+def _parts(arrays):
+    """Return the parts of plane vectors and matrices."""
     made = {}
     for name, value in arrays.items():
-        if value.shape[1] == 4:
+        if value.shape[1] in (2, 4):
             for k, number in enumerate(value.T):
-                made[f"{name}[{k // 2}][{k % 2}]"] = number
-    for name, (x, y) in vectors.items():
-        made[f"{name}[0]"] = x
-        made[f"{name}[1]"] = y
-    for one, other in combinations(vectors, 2):
-        x, y = vectors[one]
-        u, v = vectors[other]
-        made[f"({one}[0]*{other}[0] + {one}[1]*{other}[1])"] = x * u + y * v
-        made[f"({one}[0]*{other}[1] - {one}[1]*{other}[0])"] = x * v - y * u
+                row = f"{name}[{k // 2}]" if value.shape[1] == 4 else name
+                made[f"{row}[{k % 2}]"] = number
     return made
 
 
-def _pairs(arrays):
-    """Return the vectors of two numbers that belong together: of both legs, x and y."""
-    made = {}
-    for name, value in arrays.items():
-        for other in (name.replace("1", "2", 1), name.replace("x", "y", 1)):
-            if other != name and other in arrays:
-                text = f"{NUMPY}array([{name}, {other}])"
-                made[text] = np.concatenate([value, arrays[other]], axis=1)
-    return made
-
-
-def _images(matrices, vectors, size):
+def _images(arrays, size):
     """Return the products of so many numbers: of what has two columns, and what has two rows."""
     made = {}
-    for one, a in matrices.items():
-        for other, b in vectors.items():
+    for one, a in arrays.items():
+        for other, b in arrays.items():
             width = b.shape[1] // 2
             fits = b.shape[1] in (2, 4) and a.shape[1] % 2 == 0
             if fits and a.shape[1] * width == 2 * size:
