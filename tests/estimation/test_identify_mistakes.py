@@ -49,6 +49,12 @@ def spoilt(values, *rows):
         ),
         ({"q": np.full_like(Q, 0.3)}, {}, "q11 hardly moves"),
         ({"q": Q * [-1, 1], "tau": TAU * [-1, 1]}, {}, "sign of q11 is the other one and .* tau1"),
+        ({}, {"gear_ratio": 10.0}, "fb.calibrate tells. Or are q1 and q2 exchanged. Then all rows"),
+        (
+            {"t": 30 * T},
+            {"gear_ratio": (1.001, 1)},
+            r"kg. Is gear_ratio = .1.001, 1. that of this log. Is t in ms",
+        ),
         ({"q": Q[:, ::-1], "tau": TAU[:, ::-1]}, {}, "q1 and q2 exchanged|q11 and q21 are exch"),
         ({"tau": None}, {}, "no column tau1, tau2: .*--columns tau1=HEADING tau2=HEADING"),
         ({"tau": 0 * TAU}, {}, "torques stay at their largest value"),

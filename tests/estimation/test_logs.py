@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import fivebar as fb
-from fivebar.estimation.logs.logs import Gauges, evenly, read_log, wanted
+from fivebar.estimation.logs.logs import Gauges, evenly, other_readings, read_log, wanted
 from fivebar.estimation.logs.measured_runs import rates_of
 
 ROBOT = fb.FiveBar()
@@ -271,6 +271,11 @@ def test_rows_out_of_order_are_sorted_and_only_far_jumps_back_are_restarts():
     )
     np.testing.assert_array_equal(found.q, q)
     assert [cut.row for cut in found.cuts] == [50, 100]
+
+
+def test_readings_that_close_the_loop_are_asked_for():
+    signs = " is q1 with the wrong sign, or is q2 with the wrong sign? Then all rows close"
+    assert other_readings(ROBOT, np.array([(-1.5, 1.65)]), -1) == signs
 
 
 def test_rows_off_an_even_grid_are_moved_onto_it():

@@ -71,6 +71,8 @@ def test_a_replay_of_the_reference_needs_other_torques_of_another_robot():
     ):
         with pytest.raises(ValueError, match=words):
             fb.replay(RUN, **options)
+    with pytest.raises(TypeError, match="a Run, as fb.from_log and fb.Run.from_csv read one, not"):
+        fb.replay(fb.line((0.09, 0.068), (0.0, 0.1), 1.0))
     with pytest.raises(ValueError, match="has no torques"):
         fb.replay(fb.from_log(RUN.t, *RUN.q.T))
 

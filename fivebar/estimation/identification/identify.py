@@ -12,7 +12,7 @@ from ...base.checks import flag, modes, optional, positive, strings
 from ...base.robot_uses import takes_robot
 from ...models.geometry import dgm
 from ...models.robots import Robot
-from ..logs.logs import Gauges
+from ..logs.logs import AT_THE_JOINTS, Gauges
 from .bodies import consistent as nearest_bodies
 from .dependent_columns import EXACT, NEARLY, any_motion, independent, sentences
 from .filtering import RegressionRows
@@ -151,7 +151,7 @@ def identify(
     out = [k for k, column in enumerate(told) if column not in chosen]
     labels = [names[k] for k in chosen]
     theta = last.theta
-    _refuse_heavy(robot, labels, theta, all(own.is_stated for own, _ in logs))
+    _refuse_heavy(robot, labels, theta, all(own.is_stated for own, _ in logs), gauges)
     if consistent:
         theta = nearest_bodies(robot, labels, theta, last.cov)
     values = dict(zip(labels, theta.tolist()))
@@ -252,15 +252,20 @@ def _impossible(robot, names, found):
     return impossible
 
 
-def _refuse_heavy(robot, names, theta, is_stated):
+def _refuse_heavy(robot, names, theta, is_stated, gauges):
     """Refuse masses that no robot on a desk has; without units, those that others make usual."""
     bar = max(robot.distal)
     for name, value in zip(names, theta):
         mass = value / bar ** POWERS.get(name[:2], 0)
         if name[0] in "mz" and mass > (HEAVIEST if is_stated else DOUBTFUL):
+            given = ""
+            for option in ("counts_per_turn", "gear_ratio", "torque_constant"):
+                number = getattr(gauges, option)
+                if np.any(np.array(number) != getattr(AT_THE_JOINTS, option)):
+                    given += f" Is {option} = {number} that of this log?"
             raise ValueError(
-                f"{name} = {value:.3g} comes out, as of a robot of {mass:.3g} kg. Is t in ms, or"
-                " are torques in mN m, N cm or kg cm? Say which, N m too:"
+                f"{name} = {value:.3g} comes out, as of a robot of {mass:.3g} kg.{given} Is t in"
+                " ms, or are torques in mN m, N cm or kg cm? Say which, N m too:"
                 ' units={"t": "ms", "tau1": "mNm", "tau2": "mNm"}, on the command line --units mNm'
             )
 

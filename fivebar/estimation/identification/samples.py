@@ -216,10 +216,11 @@ def _regressors(motion, robot, assembly, n, notes):
         result.append((np.nan_to_num(W), good[:, None] & ~creeps))
     open_words = f"{open_} of {total} rows do not close the loop"
     if open_ > 0.02 * total:
+        other = other_readings(robot, q[known], assembly)
         raise ValueError(
             f"{open_words}: the bars of this robot do not reach: are its lengths, and the zeros of"
             " q (offset), those of the robot on the table? fb.calibrate tells"
-            f"{other_readings(robot, q[known], assembly)}"
+            f"{'. Or' if other else ''}{other}"
         )
     if open_:
         notes.append(f"{open_words} of this robot's bars and do not count")

@@ -195,7 +195,7 @@ def other_readings(robot: Robot, q: ndarray, assembly: int) -> str:
     for words, angles in changes.items():
         if np.isfinite(dgm(robot, angles, assembly, unreachable="nan").xi).all():
             closing.append(f"are {words}" if "and" in words else f"is {words}")
-    return f" {' or '.join(closing)}? Then all rows close" if closing else ""
+    return f" {', or '.join(closing)}? Then all rows close" if closing else ""
 
 
 def _split_pairs(arrays):

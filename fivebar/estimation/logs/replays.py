@@ -101,7 +101,7 @@ class Replay(Animated):
 
 
 @takes(
-    run=instance("Run", what="a Run, as fb.from_csv and fb.from_log read one"),
+    run=instance("Run", what="a Run, as fb.from_log and fb.Run.from_csv read one"),
     robot=optional(robot_for("fb.replay")),
     by=one_of("torques", "reference"),
     controller=optional(a_callable),
