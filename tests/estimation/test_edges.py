@@ -271,6 +271,7 @@ def test_a_suspicion_is_named_where_the_model_then_fits_much_better(monkeypatch,
     """A misfit above 5 % must fall to a quarter; with masses below 0, it must not grow by a tenth."""
     robot = fb.FiveBar()
     log = SimpleNamespace(t=np.arange(5.0))
+    monkeypatch.setattr(suspicions, "_lateness", lambda *_: ("", -1, robot, log))
     rows = SimpleNamespace(W=np.ones((9, 2, 1)), tau=np.ones((9, 2)), counts=np.ones((9, 2), bool))
 
     def tried(missed):

@@ -41,6 +41,14 @@ def spoilt(values, *rows):
         ({"tau": 1e3 * TAU}, {}, "as of a robot of .* torques in mN m"),
         ({"tau": TAU[:, ::-1]}, {}, "if the torques of the two motors are exchanged"),
         ({"q": np.degrees(Q)}, {}, '100 % as deg: say which, by units={"q1": "deg", "q2": "deg"}'),
+        *[
+            (
+                {"tau": np.roll(TAU, rows, axis=0)},
+                {},
+                rf"misses .* % if the torques come {abs(rows)} ms too {word}: shift their times",
+            )
+            for rows, word in ((60, "late"), (150, "late"), (-60, "early"))
+        ],
         ({}, {"assembly": 1}, "if the assembly mode is -1"),
         (
             {"q": np.column_stack([Q[:, 0], np.full(len(T), Q[0, 1])])},
@@ -195,6 +203,18 @@ def test_a_model_that_does_not_have_all_of_the_robot_is_said_to_miss_more_than_n
     found = fb.identify(replace(ROBOT, l11=0.85 * ROBOT.l11), LOG)
     assert any("times the noise of this log" in sentence for sentence in found.notes)
     assert not any("times the noise" in sentence for sentence in fb.identify(ROBOT, LOG).notes)
+
+
+def test_parameters_that_are_not_unknown_are_named_where_the_model_lacks_them():
+    """And no delay, whose torque is like that of friction."""
+    names = sorted(CASE.named | {"zz1", "zz2", "m"})
+    friction = [name for name in names if name[0] == "f"]
+    found = fb.identify(ROBOT, LOG, unknown=[name for name in names if name not in friction])
+    (note,) = [each for each in found.notes if "misses" in each]
+    assert re.search(
+        "misses 16.* % of the torques, and 0.0[0-9]+ % with .*fv1, fv2, fs1, fs2, too: name", note
+    )
+    assert not any("misses" in each for each in fb.identify(ROBOT, LOG, unknown=names).notes)
 
 
 def test_other_lengths_and_other_robots():

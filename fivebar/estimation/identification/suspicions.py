@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 from numpy import ndarray
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ...models.dynamics import dynamic_model
 from ...models.geometry import dgm
@@ -20,11 +21,15 @@ from ...models.robots import Robot
 from ..logs.logs import Log
 from .dependent_columns import NEARLY, independent
 from .filtering import filtered
-from .regression import RegressionFit, fit
+from .regression import RegressionFit, fit, price, smallest
 from .regressor import linear_names
 from .samples import Samples, noise_gain, samples
 
 POOR = 0.05  # of the torque's rms: where a model misses more, something is wrong with the log
+LINEAR = 0.2  # of it: where a model misses more, a delay is too long for its linear term
+USELESS = 0.3  # of it: where a model misses more, its values mean nothing
+LATEST = 0.25  # s by which torques may be late or early
+FEW = 2000  # rows and lags that are looked at
 
 
 def explain(
@@ -53,11 +58,17 @@ def explain(
     log, held = max(logs, key=lambda pair: len(pair[0].t))
     least = (0.4 if misfit > POOR else 1.6) * misfit
     reason = ""
-    for suspicion, mode, other_robot, changed in _suspicions(robot, assembly, log):
+    tried = _suspicions(robot, assembly, log)
+    if misfit > LINEAR:
+        sample = samples(log, held, robot, assembly, cutoff)
+        tried = chain(tried, [_lateness(robot, assembly, log, sample, columns, known)])
+    for suspicion, mode, other_robot, changed in tried:
         try:
             rows = samples(changed, held, other_robot, mode, cutoff).rows
         except ValueError:
             continue
+        if not suspicion and len(columns) < rows.W.shape[2]:
+            least = min(least, _of_all_columns(rows)[1].misfit)
         told, _ = independent(rows.W, columns, NEARLY)
         names = [linear_names(robot)[k] for k in told]
         for signs in product((1, -1), repeat=2):
@@ -101,6 +112,46 @@ def _suspicions(robot, assembly, log) -> Iterator[tuple[str, int, Robot, Log]]:
             yield words, assembly, replace(robot, gravity=(x, y)), log
 
 
+def _lateness(robot, assembly, log, sample, columns, known):
+    """Return the suspicion that all torques are late, by as much as leaves least squares least."""
+    t, W, tau, counts = max(sample.pieces, key=lambda piece: len(piece[0]))
+    most = min(int(LATEST / sample.step), len(t) // 4)
+    lags = np.arange(-most, most + 1, 2 * most // FEW + 1)
+    rows = np.arange(most, len(t) - most, len(t) // FEW + 1)
+    size = np.maximum(np.nanstd(tau, axis=0), 1e-300)
+    weight = (counts[rows] / size)[..., None]
+    around = sliding_window_view(np.nan_to_num(tau), 2 * most + 1, axis=0)
+    late = around[rows - most][..., lags + most] - (W[rows] @ known)[..., None]
+    own = (weight * W[rows][..., columns]).reshape(-1, len(columns))
+    own /= np.maximum(np.linalg.norm(own, axis=0), 1e-300)
+    late = (weight * late).reshape(len(own), -1)
+    missed = late - own @ np.linalg.lstsq(own, late, rcond=None)[0]
+    lag = sample.step * lags[np.argmin((missed**2).sum(axis=0))]
+    moved = [np.interp(log.t + lag, log.t, column, np.nan, np.nan) for column in log.tau.T]
+    word = "late" if lag > 0 else "early"
+    words = f"the {robot.words.effort}s come {1e3 * abs(lag):.3g} ms too {word}: shift their times"
+    return words, assembly, robot, replace(log, tau=np.stack(moved, axis=1))
+
+
+def _of_all_columns(rows):
+    """Return the columns that are told of all, and their fit."""
+    told, _ = independent(rows.W, list(range(rows.W.shape[2])), NEARLY)
+    return told, fit(rows, told)
+
+
+def _left_out(robot, sample, chosen, most):
+    """Return in words the parameters with which the model misses at most `most`, if there are."""
+    told, whole = _of_all_columns(sample.rows)
+    if whole.misfit > most:
+        return ""
+    places = [k for k, column in enumerate(told) if column not in chosen]
+    names = [linear_names(robot)[column] for column in told]
+    never = [k for k in places if names[k][0] == "f" and whole.theta[k] < 0]
+    each = price(int(sample.rows.counts.sum()), len(places))
+    kept = [names[k] for k in smallest(whole.theta, whole.cov, places, each, never)]
+    return f"and {100 * whole.misfit:.3g} % with {', '.join(kept)}, too: name them as unknown"
+
+
 def _exchanged(log, *names):
     pairs = {name: getattr(log, name) for name in names}
     return replace(log, **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None})
@@ -125,10 +176,6 @@ def beyond_the_model(
         The last fit.
     """
     efforts = f"{robot.words.effort}s"
-    if last.misfit > 0.3:
-        missed = f"the model misses {100 * last.misfit:.3g} % of the {efforts}"
-        return [f"{missed}, and nothing that was tried explains it"]
-    notes = []
     others = theta.copy()
     others[chosen] = 0.0
     pieces = []
@@ -138,8 +185,11 @@ def beyond_the_model(
         pieces.append((t, own, tau - W @ others, counts))
     rows = filtered(pieces, sample.step, sample.cutoff)
     columns = list(range(len(chosen) + 1))
+    notes = []
+    most = 0.4 * last.misfit
     if independent(rows.W, columns, 1e-3)[0] == columns:
         shifted = fit(rows, columns)
+        most = min(most, 0.7 * shifted.misfit)  # friction is like a delay
         late = -shifted.theta[-1]
         sd = np.sqrt(shifted.cov[-1, -1])
         effect = abs(late) * np.linalg.norm(rows.W[:, :, -1])
@@ -149,8 +199,14 @@ def beyond_the_model(
                 f"the {efforts} come {1e3 * abs(late):.3g} ± {1e3 * sd:.1g} ms too {word} for the"
                 " motion: shift their times"
             )
+    missed = f"the model misses {100 * last.misfit:.3g} % of the {efforts}"
     times = last.sigma / np.maximum(_noise(robot, sample), 1e-300)
-    if last.misfit > 0.01 and times.max() > 3.0:
+    misses_much = last.misfit > 0.01 and times.max() > 3.0
+    if misses_much and (more := _left_out(robot, sample, chosen, most)):
+        return [f"{missed}, {more}"]
+    if last.misfit > USELESS:
+        return [f"{missed}, and nothing that was tried explains it"]
+    if misses_much:
         notes.append(
             f"what the model misses is {times[0]:.3g} and {times[1]:.3g} times the noise of this"
             " log: it does not have all of this robot (lengths, zeros of q, backlash, a bend)"
