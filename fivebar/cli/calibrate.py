@@ -173,14 +173,12 @@ def _calibrate(arguments):
 
 
 def _as_json(result, profiles):
-    from ..estimation.saving import encode
-
     names = (
         "values sd rank indistinguishable weakly_identified dof p_value fits outliers notes robot"
         " correlation"
     )
     table = {name: getattr(result, name) for name in names.split()}
-    table |= {
+    return table | {
         "intervals_95": result.intervals(),
         "profile_95": profiles,
         "rows": len(result.rows),
@@ -191,4 +189,3 @@ def _as_json(result, profiles):
         "chi2": result.chi2 if result.absolute else None,
         "residuals_m": result.residuals,
     }
-    return encode(table)

@@ -133,12 +133,12 @@ def _draw(arguments):
     figures = {
         "strokes": len(strokes.runs(np.array(path.pen))),
         "drawn_m": sum(piece.length for piece, pen in zip(path.pieces, path.pen) if pen),
-        "working": list(working),
+        "working": working,
         "measured_modes": says_other_modes(arguments, machine, motion),
         "largest_scale": share,
-        "page": None if page is None else machine.frame(page).tolist(),
+        "page": None if page is None else machine.frame(page),
         "frame": arguments.frame,
-        "middle": (bounds(machine.frame(path.drawn)).mean(axis=0).round(12) + 0.0).tolist(),
+        "middle": bounds(machine.frame(path.drawn)).mean(axis=0).round(12) + 0.0,
         "duration_s": motion.duration,
         "lower_bound_s": motion.lower_bound,
         "smallest_margin": check.min_margin,
@@ -164,10 +164,10 @@ def _draw(arguments):
             files.append(certificate)
             proof.to_json(certificate)
     if arguments.json:
-        print_json({**figures, "notes": list(path.notes), "files": files})
+        print_json({**figures, "notes": path.notes, "files": files})
         return
     print_frames(arguments, machine, *(file for file in files if file.name == "run.csv"))
-    _print(arguments, machine, figures)
+    _print(arguments, machine.robot, figures)
     print_files(files)
 
 
@@ -411,7 +411,7 @@ def _picture(arguments, machine, motion, drawn, page):
     return file
 
 
-def _print(arguments, machine, figures):
+def _print(arguments, robot, figures):
     from ..visualization.style import length
 
     x, y = (1e3 * value for value in figures["middle"])
@@ -439,13 +439,9 @@ def _print(arguments, machine, figures):
         rows.append(
             ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²")
         )
-        rows.append(peak_row(machine.robot, figures))
+        rows.append(peak_row(robot, figures))
     if "lines" in figures:
         lines = f"{figures['lines']} lines, at most {figures['lines_per_s']:.4g} a second"
         rows.append(("G-code", lines))
         rows.append(("speeds in it", f"within {100 * figures['speed_error']:.2g} % of the largest"))
-    if machine.reads_otherwise:
-        offsets = ", ".join(f"{value:.5g}" for value in machine.offset)
-        ratios = ", ".join(f"{value:.6g}" for value in machine.ratio)
-        rows.append(("setpoints", f"as the drives read: offsets {offsets}, ratios {ratios}"))
     print_table(rows)

@@ -99,12 +99,12 @@ def _on_page(arguments, path):
     if arguments.fit:
         scale = float((size / np.maximum(high - low, 1e-9)).min())
         shift = (size - scale * (low + high)) / 2
+    first, last = 1e3 * scale * low, 1e3 * scale * high
     if not ((scale * low + shift > -1e-9).all() and (scale * high + shift < size + 1e-9).all()):
-        (left, below), (right, above) = (1e3 * scale * corner for corner in (low, high))
+        page = f"{1e3 * width:.4g} x {1e3 * height:.4g} mm"
         raise UsageError(
-            f"{arguments.drawing}: it is from {left:.4g} to {right:.4g} mm along x and from"
-            f" {below:.4g} to {above:.4g} mm along y, not all on the page of {1e3 * width:.4g} x"
-            f" {1e3 * height:.4g} mm: --fit puts it there"
+            f"{arguments.drawing}: it is not all on the page of {page}, as its corners are"
+            f" {first.round(1)} and {last.round(1)} mm: --fit puts it there"
         )
     corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)])
     return Placement(tuple(shift.tolist()), 0.0, scale)(path), corners
@@ -181,9 +181,7 @@ def page_row(corners):
     """Return the row that says where the page lies, in the frame of the table."""
     if corners is None:
         return []
-    first, along, _, up, _ = np.array(corners)
-    width, height = 1e3 * np.linalg.norm([along - first, up - first], axis=1)
+    first, along, *_ = np.array(corners)
     x, y = 1e3 * first
-    turn = np.rad2deg(np.arctan2(*(along - first)[::-1]))
-    words = f"{width:.4g} x {height:.4g} mm, its lower left corner at ({x:.4g}, {y:.4g}) mm"
-    return [("page", words + (f", turned by {turn:.4g}°" if abs(turn) > 1e-9 else ""))]
+    turn = np.rad2deg(np.arctan2(*(along - first)[::-1])).round(9) + 0.0  # -0 is 0
+    return [("page", f"its lower left corner at ({x:.4g}, {y:.4g}) mm, turned by {turn:.4g}°")]

@@ -216,7 +216,7 @@ def _largest(machine, regions, margin):
     if not discs:
         return {"largest_disc": None, "largest_rectangle": None}
     radius, number, disc = max(discs)
-    center = machine.frame(disc.center).tolist()
+    center = machine.frame(disc.center)
     found = {"region": number, "center_m": center, "radius_m": radius * machine.frame.scale}
     own = None
     with suppress(ValueError):
@@ -229,7 +229,7 @@ def _placed(machine, rectangle):
     sides = rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min
     return {
         "rectangle_m": [side * machine.frame.scale for side in sides],
-        "corner_m": machine.frame((rectangle.x_min, rectangle.y_min)).tolist(),
+        "corner_m": machine.frame((rectangle.x_min, rectangle.y_min)),
         "turned_rad": machine.frame.turn,
     }
 
@@ -318,14 +318,14 @@ def _verdict(check):
 
 
 def _parts_as_json(machine, parts):
-    return [
+    return parts and [
         {
             "number": part.number,
             "working": part.working,
             "assembly": part.assembly,
             "area_m2": part.area,
             "area_error_m2": getattr(part, "area_error", 0.0),
-            "point_m": machine.frame(part.point).tolist(),
+            "point_m": machine.frame(part.point),
         }
         for part in parts
     ]
@@ -337,8 +337,7 @@ def _as_json(machine, parts, checks):
         attributes = (name.removesuffix("_s").removesuffix("_N") for name in PATH)
         row = {key: getattr(check, name, None) for key, name in zip(PATH, attributes)}
         paths.append({"working": mode} | row)
-    listed = None if parts is None else _parts_as_json(machine, parts)
-    return {"aspects": listed, "path": paths}
+    return {"aspects": _parts_as_json(machine, parts), "path": paths}
 
 
 def _signs(modes):

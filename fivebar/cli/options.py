@@ -194,5 +194,7 @@ def print_files(files: Iterable[object]) -> None:
 
 
 def print_json(content: object) -> None:
-    """Print an object as JSON."""
-    print(json.dumps(content, indent=2, default=os.fspath))
+    """Print an object as JSON; nan and infinity, which JSON lacks, as null."""
+    from ..estimation.saving import encode
+
+    print(json.dumps(encode(content), indent=2, default=os.fspath))

@@ -50,8 +50,7 @@ def _ladder(arguments):
     if arguments.json:
         print_json([dict(zip(header, row)) for row in rows])
         return
-    lines = [["robot", "rung", "instructions", "step µs", "missed N m", "rms µm", "largest µm"]]
-    for robot, rung, named, *values in rows:
-        label = rung if named else f"({rung}: none)"
-        lines.append([robot, label, *(f"{value:.4g}" for value in values)])
+    lines = [header]
+    for robot, rung, *values in rows:
+        lines.append([robot, rung, *(f"{value:.4g}" for value in values)])
     print(*aligned(lines, 2), sep="\n")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from argparse import _SubParsersAction
 from contextlib import nullcontext
@@ -123,10 +122,7 @@ def _show(arguments, swept, best):
     rows = zip(best.tolist(), *table.values())
     names = "design", *columns
     if arguments.json:
-        designs = []
-        for row in rows:
-            finite = [value if math.isfinite(value) else None for value in row]
-            designs.append(dict(zip(names, finite)))
+        designs = [dict(zip(names, row)) for row in rows]
         print_json({"designs": swept.count, "errors": len(swept.errors), "best": designs})
         return
     lines = [names, *([f"{value:.6g}" for value in row] for row in rows)]

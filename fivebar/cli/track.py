@@ -206,10 +206,7 @@ def _compare(arguments):
         page(runs, arguments.page)
         files.append(arguments.page)
     if arguments.json:
-        figures = {}
-        for name, row in comparison.figures.items():
-            # JSON has no nan.
-            figures[name] = {key: None if value != value else value for key, value in row.items()}
+        figures = comparison.figures
         print_json({"case": arguments.case, "controllers": figures, "files": files})
         return
     print(case(arguments.case).title)

@@ -239,5 +239,5 @@ def test_a_page_is_said_with_its_corner_and_turn():
     corners = fb.Placement((0.02, 0.03), np.pi / 6)(
         np.array([(0, 0), (0.2, 0), (0.2, 0.1), (0, 0.1), (0, 0)])
     )
-    words = "200 x 100 mm, its lower left corner at (20, 30) mm, turned by 30°"
+    words = "its lower left corner at (20, 30) mm, turned by 30°"
     assert page_row(corners) == [("page", words)] and page_row(None) == []

@@ -3,6 +3,8 @@
 import csv
 import datetime
 import json
+import os
+import sys
 from argparse import Namespace
 from copy import copy
 from dataclasses import replace
@@ -189,8 +191,9 @@ def test_gains_and_modes_of_a_controller(words, kind, kp, kd, here, given):
 # plan
 
 
-def test_a_plans_table_is_of_its_files(ran, unplotted):
-    ends = "--from 0 0.1 --to 0 0.1 --from-working -1 -1 --to-working -1 1"
+def test_a_plans_table_is_of_its_files(ran, here, unplotted):
+    fb.Machine(ROBOT, frame=fb.Placement((0.1, 0.2))).save(here / "robot.toml")
+    ends = "--from 0.1 0.3 --to 0.1 0.3 --from-working -1 -1 --to-working -1 1 --robot robot.toml"
     told = ran(f"plan {ends} --duration 2 --out out --rate 50 --angles deg").out
     files = [str(Path("out", name)) for name in ("plan.csv", "plan.png", "setpoints.csv")]
     assert told.splitlines()[-3:] == files
@@ -202,6 +205,7 @@ def test_a_plans_table_is_of_its_files(ran, unplotted):
     assert rows["peak torque"] == f"{left:.3f}, {right:.3f} mN m" and rows["duration"] == "2 s"
     assert rows["modes at the end"] == "-1, +1" and rows["objective"].endswith(" (SI)")
     assert rows["solved"].startswith(f"on {len(plan.pieces.xi)} intervals in ")
+    assert rows["robot's own frame"] == f"{files[0]}, {files[1]}" and "points" in rows
     crossings = [line.split() for line in told.splitlines() if "crossing" in line]
     margins = {1: lambda pose: np.min(np.abs(pose.sines)), 2: lambda pose: abs(pose.det_A)}
     assert {words[2] for words in crossings} == {"1", "2"}
@@ -213,6 +217,7 @@ def test_a_plans_table_is_of_its_files(ran, unplotted):
     assert names[3:5] == ["q1_deg", "q2_deg"] and np.allclose(np.diff(setpoints[:, 0]), 0.02)
     xi = fb.dgm(ROBOT, np.deg2rad(setpoints[0, 3:5]), -1).xi
     np.testing.assert_allclose(xi, (0.0, 0.1), atol=1e-6)
+    np.testing.assert_allclose(setpoints[0, 1:3], (0.1, 0.3), atol=1e-9)
 
 
 def test_a_plan_for_a_tool_bounds_no_joint_in_its_place(here, capsys):
@@ -319,7 +324,7 @@ def test_a_page_is_placed_as_a_whole(monkeypatch, here):
         return SimpleNamespace(aspect=aspect, placement=placement, scale=3.0)
 
     monkeypatch.setattr("fivebar.paths.placing.fitting_in.fitted_in", fitted_in)
-    path = fb.path([(0.0, 0.0), (0.02, 0.01)])
+    path = fb.path([(0.01, 0.005), (0.03, 0.015)])
     options = dict.fromkeys(("at", "as_drawn", "fit", "page", "scale", "margin", "working"))
     options |= {"turn_deg": 90.0, "drawing": "line.csv"}
     machine = fb.Machine(fb.FiveBar(l11=0.08))
@@ -336,19 +341,17 @@ def test_a_page_is_placed_as_a_whole(monkeypatch, here):
         assert (given_scale, kept) == (scale, clearance) and turn == pytest.approx(np.pi / 2)
         assert working == (1, -1) and known == 3.0
         if "page" not in more:
-            np.testing.assert_allclose(put.pieces[0].end, placement(np.array([0.02, 0.01])))
+            np.testing.assert_allclose(put.pieces[0].end, placement(np.array([0.03, 0.015])))
             assert whole is path and corners is None
             continue
         sheet = np.array([(0, 0), (0.09, 0), (0.09, 0.06), (0, 0.06), (0, 0)])
         np.testing.assert_allclose([piece.end for piece in whole.pieces], sheet[1:])
         np.testing.assert_allclose(corners, placement(sheet))
         # The drawing, 20 x 10 mm, is as wide as the page, in its middle, or at its lower left.
-        ends = ((0.0, 0.0075), (0.09, 0.0525)) if "fit" in more else ((0.0, 0.0), (0.02, 0.01))
+        ends = ((0.0, 0.0075), (0.09, 0.0525)) if "fit" in more else ((0.01, 0.005), (0.03, 0.015))
         found = put.pieces[0].start, put.pieces[0].end
         np.testing.assert_allclose(found, placement(np.array(ends)), atol=1e-12)
-    with pytest.raises(
-        fb.base.errors.UsageError, match="from 0 to 100 mm along x and from 0 to 50"
-    ):
+    with pytest.raises(fb.base.errors.UsageError, match=r"\[50. 25.\] and \[150.  75.\] mm"):
         draw_place.placed(Namespace(**options | page | {"scale": 5.0}), machine, path)
 
 
@@ -989,44 +992,6 @@ def test_marks_of_a_folder_are_told_as_json(here, ran, monkeypatch):
     assert told == json.dumps([expected], indent=2) + "\n"
 
 
-# What is in the help
-
-GROUPS = {
-    "calibrate": ["robot"],
-    "certify": ["robot"],
-    "check": [],
-    "design": ["task", "robot"],
-    "draw": ["place", "speed", "drives", "proof", "G-code", "robot"],
-    "grade": ["a folder of submissions"],
-    "identify": ["what was logged", "robot"],
-    "plan": ["from where to where", "problem", "robot"],
-    "sweep": ["designs", "task", "robot"],
-    "track": ["path", "robot"],
-    "linkage four-bar": ["study"],
-}
-WITHOUT_WORDS = "problem", "a folder of submissions"
-
-
-@pytest.mark.parametrize("command", GROUPS)
-def test_options_stand_in_their_groups(command, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "200")
-    with pytest.raises(SystemExit):
-        main([*command.split(), "--help"])
-    lines = capsys.readouterr().out.splitlines()
-    indented = [k for k, line in enumerate(lines[1:]) if line.startswith("  ")]
-    heads = [k for k in indented if lines[k].endswith(":") and lines[k][0] != " "]
-    own = [k for k in heads if lines[k] not in ("positional arguments:", "options:")]
-    assert [lines[k][:-1] for k in own] == GROUPS[command]
-    for k in own:
-        is_text = not lines[k + 1].strip().startswith("-")
-        assert is_text != (lines[k][:-1] in WITHOUT_WORDS)
-    # A line of help says what each option is for, on its own line or the next.
-    for k, line in enumerate(lines):
-        if line.startswith("  --") and line.split()[0] not in ("--branch", "--from", "--to"):
-            words = " ".join([line, *lines[k + 1 : k + 2]]).split("  ")
-            assert len([each for each in words if each.strip()]) > 1, line
-
-
 def test_no_command_is_wrong_usage(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["--"])
@@ -1237,6 +1202,14 @@ def test_the_stroke_of_a_straight_line_is_said(ran):
 
 
 REFUSED = {
+    f"{LINE} --controller mpc --kp 9": "mpc has none",
+    f"{LINE} --controller mpc --kd 9": "mpc has none",
+    "track --case mass here.py": "--case brings its own path",
+    "track --case mass --to 0 0.1": "--case brings its own path",
+    "track --case mass --duration 2": "--case brings its own path",
+    "map --space joint --sin 0.1": "are of task space only",
+    "map --space joint --working 1 1": "are of task space only",
+    "map --fits 0.1 0.1 --robot biglide": "--fits takes two sizes > 0",
     "design bars --plot a.txt": "--plot must end in .png, .svg or .pdf, not 'a.txt'",
     f"{FOUR_BAR} --plot a.txt": "--plot must end in .png, .svg or .pdf, not 'a.txt'",
     f"{FOUR_BAR} --turns 0": "--turns must be finite and > 0",
@@ -1320,3 +1293,164 @@ def test_a_hand_in_of_two_labs_is_graded_in_each(here, monkeypatch, capsys):
     assert (name, file, student) == ("amoro-biglide", "anna", "anna in amoro-biglide")
     assert "programs could be meant" in trouble and how_it_is == {}
     assert f"amoro-biglide: {trouble}" in capsys.readouterr().err
+
+
+def test_designs_that_cannot_be_fail_and_wrong_ones_are_wrong_usage(ran, monkeypatch):
+    messages = ["nothing within the bounds keeps the limits", "reach needs table=..."]
+
+    def design(*words, **names):
+        raise ValueError(messages.pop(0))
+
+    monkeypatch.setattr("fivebar.optimal_design.optimum.design", design)
+    words = "design bars --bound l1=0.1:0.2"
+    assert ran(words, 1).err == "fivebar: nothing within the bounds keeps the limits\n"
+    assert ran(words, 2).err == "fivebar: reach needs --table\n"
+
+
+def test_closed_streams_are_opened_to_nowhere(here, monkeypatch):
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        monkeypatch.setattr(f"sys.{name}", None)
+        assert main(["export", "--to", "mjcf", "--out", "robot.xml"]) == 0
+        with getattr(sys, name) as stream:
+            assert (stream.name, stream.mode) == (os.devnull, mode)
+        monkeypatch.undo()
+        monkeypatch.chdir(here)
+
+
+def report(student, percent, **more):
+    usual = {"faults": [], "ungraded": False, "no_program": False, "warnings": []}
+    told = {"student": student, "percent": percent}
+    return SimpleNamespace(**usual | told | more, as_json=lambda: told)
+
+
+@pytest.fixture
+def course(here, monkeypatch):
+    """A course whose reports are these; what its parts are given is kept."""
+    asked = SimpleNamespace(reports=[report("anna", 50.0), report("bob", 75.0)], filled=None)
+
+    class Course:
+        ignored = [("", Left("a.rar", "no zip"))]
+        graded = [SimpleNamespace(name="lab1", equal=[(["anna", "bob"], "all")])]
+        students = ["anna"]
+
+        def __init__(self, *words):
+            asked.made = words
+            self.lab = "the lab"
+
+        def find(self, *words):
+            asked.found = words
+
+        def grade(self, *words):
+            asked.graded = words
+
+        def write(self):
+            return asked.filled
+
+        def reports(self):
+            return asked.reports
+
+        def words(self):
+            return "the course"
+
+        def without_mark(self):
+            return {"late": ["carl"]}
+
+    (here / "subs").mkdir()
+    monkeypatch.setattr("fivebar.grading.course.course.Course", Course)
+    monkeypatch.setattr("fivebar.grading.course.gradebook.Gradebook", lambda *words: words)
+    settings = SimpleNamespace(packages=("scipy",))
+    monkeypatch.setattr("fivebar.grading.course.settings.read_settings", lambda out: settings)
+    monkeypatch.setattr(
+        "fivebar.grading.course.settings.offer_settings",
+        lambda *words: setattr(asked, "offered", words),
+    )
+    monkeypatch.setattr("fivebar.grading.worker.places.bwrap_trouble", lambda: "none here")
+    asked.course = Course
+    return asked
+
+
+def test_a_course_is_graded_as_its_options_say(course, ran):
+    book = "--gradebook book.csv --column Title --file *_x.py --jobs 3 --time-limit 4 --seed s"
+    course.filled = SimpleNamespace(count=2, no_hand_in=1, no_row=["dora"])
+    told = ran(f"grade lab1 subs --out out {book}")
+    lab, out, settings, gradebook = course.made
+    assert lab.name == find_lab("lab1").name and out == Path("out")
+    assert gradebook == (Path("book.csv"), lab, "Title") and settings.packages == ("scipy",)
+    assert course.found == ([Path("subs")], "*_x.py", False)
+    how = ("s", None, "process", 4.0, "", ("scipy",))
+    assert course.graded == (how, 3) and course.offered == (Path("out"), "the lab")
+    assert told.out == "the course\n"
+    assert told.err.splitlines() == [
+        "not graded: a.rar: no zip",
+        "isolation: process (bubblewrap does not work here: none here)",
+        "lab1: equal programs (all): anna, bob",
+        "marks.csv: no mark yet (late): carl",
+        "gradebook.csv: marks: 2; rows without a hand-in: 1",
+        "gradebook.csv: no row, or several, for dora",
+    ]
+    told = ran("grade lab1 subs --out out --json --isolate bwrap --secret-file book.csv", 2)
+    assert "--secret-file" in told.err
+    Path("secret").write_text("a long secret", "utf-8")
+    told = ran("grade lab1 subs --out out --json --isolate bwrap --secret-file secret")
+    assert json.loads(told.out) == [each.as_json() for each in course.reports]
+    assert course.found[2] is True and course.made[3] is None
+    seed, secret, isolate, *_ = course.graded[0]
+    assert secret == b"a long secret" and isolate == "bwrap" and seed
+    assert "isolation: bwrap (a disk, processes and network of its own)" in told.err
+
+
+def test_a_course_that_is_not_all_graded_fails(course, ran, monkeypatch):
+    words = "grade lab1 subs --out out"
+    assert "1 of 2 below 60 %: anna" in ran(f"{words} --fail-under 60", 1).err
+    ran(f"{words} --fail-under 50")
+    course.reports[0].no_program = True
+    ran(f"{words} --fail-under 60")
+    course.reports[0].ungraded = True
+    assert "1 of 2 not graded: anna; run it again" in ran(words, 1).err
+    course.reports[1].faults = ["no sample", "no sample"]
+    said = ran(words, 1).err
+    assert "the lab itself has a fault, so the results do not count: no sample\n" in said
+    monkeypatch.setattr(course.course, "students", [])
+    assert "subs holds no submissions" in ran(words, 2).err
+    for more, message in (
+        ("", "needs --out DIR for the results"),
+        ("--out out --student anna", "--student, --html and --csv are for one submission"),
+        ("--out out --html a.html", "--student, --html and --csv are for one submission"),
+        ("--out subs/out", "--out subs/out lies within the submissions"),
+        ("none --out out", "none is no folder: several attempts are several folders"),
+    ):
+        assert message in ran(f"grade lab1 subs {more}", 2).err
+
+
+def test_one_submissions_report_is_written_as_asked_for(here, ran, monkeypatch):
+    (here / "anna.py").write_text("", "utf-8")
+    graded = report("anna", 50.0, warnings=["take care"])
+    monkeypatch.setattr(grade, "_graded", lambda arguments, lab, how: graded)
+    outputs = "fivebar.grading.report.outputs"
+    monkeypatch.setattr(f"{outputs}.gradescope_text", lambda each: f"scope of {each.student}")
+    monkeypatch.setattr(f"{outputs}.check_rows", lambda each: [each.student])
+    monkeypatch.setattr(f"{outputs}.csv_text", lambda columns, rows: f"{len(columns)} {rows[0]}")
+    monkeypatch.setattr(f"{outputs}.json_text", lambda each: '{"json": 1}\n')
+    monkeypatch.setattr(
+        "fivebar.grading.judging.results.withheld", lambda each: f"of {each.student}"
+    )
+    monkeypatch.setattr("fivebar.grading.report.page.report_page", lambda each: f"page {each}")
+    monkeypatch.setattr(
+        "fivebar.grading.report.text.report_text",
+        lambda each, colour: f"{each.student} in {'colours' if colour else 'grey'}",
+    )
+    told = ran("grade lab1 anna.py --gradescope r.json --csv c.csv --html p.html")
+    isolation, warning = told.err.splitlines()
+    assert isolation == grade_folder.isolation("process") and warning == "take care"
+    assert told.out == "anna in grey\n"
+    texts = [Path(name).read_text("utf-8") for name in ("r.json", "c.csv", "p.html")]
+    assert texts[0] == "scope of anna" and texts[2] == "page of anna"
+    assert texts[1].endswith(" anna") and int(texts[1].split()[0]) > 3
+    assert ran("grade lab1 anna.py --json").out == '{"json": 1}\n'
+    assert "1 of 1 below 60 %: anna" in ran("grade lab1 anna.py --fail-under 60", 1).err
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    assert ran("grade lab1 anna.py").out == "anna in colours\n"
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert ran("grade lab1 anna.py").out == "anna in grey\n"
+    graded.faults.append("no sample")
+    assert "so this result does not count: no sample" in ran("grade lab1 anna.py", 1).err

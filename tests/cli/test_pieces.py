@@ -402,26 +402,49 @@ def parsers_of(parser, words):
                 yield from parsers_of(below, [*words, name])
 
 
+GROUPS = {
+    "calibrate": ["robot"],
+    "certify": ["robot"],
+    "design": ["task", "robot"],
+    "draw": ["place", "speed", "drives", "proof", "G-code", "robot"],
+    "export": ["robot"],
+    "grade": ["a folder of submissions"],
+    "identify": ["what was logged", "robot"],
+    "linkage five-bar": ["study"],
+    "linkage four-bar": ["study"],
+    "linkage six-bar-press": ["study"],
+    "linkage slider-crank": ["study"],
+    "linkage straight-line": ["study"],
+    "map": ["robot"],
+    "plan": ["from where to where", "problem", "robot"],
+    "play": ["robot"],
+    "sweep": ["designs", "task", "robot"],
+    "track": ["path", "robot"],
+}
+WITHOUT_WORDS = "problem", "a folder of submissions"  # groups
+UNEXPLAINED = "branch", "start", "goal", "csv", "data", "name", "script"
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_option_is_explained_and_names_its_value(command):
-    """A value has a name in capitals, or a list of choices; a command that has others needs one."""
+    """In its group; a value has a name in capitals, or a list of choices; a command that has others
+    needs one.
+    """
     (commands,) = (
         a for a in _parser(command)._actions if isinstance(a, argparse._SubParsersAction)
     )
     for words, parser in parsers_of(commands.choices[command], [command]):
+        groups = {g.title: g.description for g in parser._action_groups[2:]}
+        assert list(groups) == GROUPS.get(" ".join(words), [])
+        for title, text in groups.items():
+            assert (title in WITHOUT_WORDS) != bool(text), title
         for action in parser._actions:
             name = action.option_strings or action.dest
             if isinstance(action, argparse._SubParsersAction):
                 assert action.required and action.metavar and action.dest != argparse.SUPPRESS
             elif action.help != argparse.SUPPRESS:
                 assert action.metavar or action.choices or action.nargs == 0, (words, name)
-                if not action.option_strings and action.dest not in (
-                    "csv",
-                    "data",
-                    "name",
-                    "script",
-                ):
-                    assert action.help, (words, name)
+                assert action.help or action.dest in UNEXPLAINED, (words, name)
 
 
 @pytest.mark.parametrize(
@@ -451,9 +474,10 @@ def test_the_ladder_is_a_table_with_its_heading(tmp_path, monkeypatch, capsys):
         assert main(["study", "ladder", "--robots", "lab", "--out", str(tmp_path / "a" / "b")]) == 0
     told = capsys.readouterr()
     head, first, second, *_ = told.out.splitlines()
-    assert head.split() == "robot rung instructions step µs missed N m rms µm largest µm".split()
-    assert len(head) == len(first) and first.split()[:3] == ["lab", "masses", "121"]
-    assert "(gravity: none)" in second and first.split()[3:] == ["15", "0.9", "1e+04", "2e+04"]
+    names = "robot rung named instructions step_us missed_Nm rms_um largest_um".split()
+    assert head.split() == names and first.split()[:4] == ["lab", "masses", "1", "121"]
+    assert second.split()[:3] == ["lab", "gravity", "0"] and len(head) == len(first)
+    assert first.split()[4:] == ["15", "0.9", "1e+04", "2e+04"]
     assert (tmp_path / "a" / "b" / "ladder.csv").exists() and "ladder.png" in told.err
 
 
