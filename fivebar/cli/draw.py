@@ -407,7 +407,7 @@ def _picture(arguments, machine, motion, drawn, page):
         machine.frame,
     )
     file = arguments.out / "drawing.png"
-    saved(picture, file, dpi=150)
+    saved(picture, file)
     return file
 
 

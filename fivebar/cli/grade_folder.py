@@ -1,10 +1,10 @@
 """`fivebar grade` for folders of submissions, and what is handed out before."""
 
-import codecs
 import sys
 
 from ..base.errors import UsageError
-from .options import print_json
+from ..base.tables import whole_text
+from .options import print_json, usage_errors
 
 
 def isolation(isolate):
@@ -127,14 +127,12 @@ def hand_out(arguments, lab, secret):
 
     if arguments.out is None or secret is None:
         raise UsageError("--hand-out needs --out DIR and the course's secret")
-    try:
-        lines = _ids(arguments.hand_out.read_bytes())
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"--hand-out: {error}") from None
+    with usage_errors():
+        text, _ = whole_text(arguments.hand_out, "a list of ids")
     if not lab.template():
         raise UsageError(f"--hand-out: {lab.name} has no student.py to hand out")
     students = {}
-    for line in filter(None, map(str.strip, lines)):
+    for line in filter(None, map(str.strip, text.splitlines())):
         students.setdefault(id_key(line), line)
     for student in students.values():
         robot = robot_for(student, secret, lab.robot())
@@ -145,11 +143,3 @@ def hand_out(arguments, lab, secret):
         for name, text in files.items():
             write_whole(folder / name, text)
             print(folder / name)
-
-
-def _ids(data):
-    """Return the lines of a list of ids, also as Windows' editors save it, with a mark at its
-    start.
-    """
-    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    return data.decode("utf-16" if wide else "utf-8-sig").splitlines()

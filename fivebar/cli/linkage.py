@@ -214,11 +214,11 @@ def _write(result, arguments):
 
 
 def _ranges(result):
-    """Return {quantity: [least, largest]} of finite values, [None, None] where there is none."""
+    """Return {quantity: [least, largest]} of finite values, where there are any."""
     ranges = {}
     for name, values in result.columns.items():
-        finite = values[np.isfinite(values)].tolist() or [None]
-        ranges[name] = [min(finite), max(finite)]
+        if finite := values[np.isfinite(values)].tolist():
+            ranges[name] = [min(finite), max(finite)]
     return ranges
 
 
@@ -231,6 +231,5 @@ def _print_ranges(result, ranges):
         angles = ", ".join(f"{angle:.6f}" for angle in np.degrees(np.atleast_1d(angles)))
         print(f"the run ends before the lock at {angles} deg, {time:.6f} s")
     for name, ends in ranges.items():
-        if None not in ends:
-            least, largest = (round(end, 12) + 0.0 for end in ends)  # -0 is 0
-            print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")
+        least, largest = (round(end, 12) + 0.0 for end in ends)  # -0 is 0
+        print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")

@@ -45,7 +45,7 @@ def _ladder(arguments):
         with locked_folder(arguments.out):
             with written(paths[0]) as file:
                 csv.writer(file).writerows([header, *rows])
-            saved(figure(rungs), paths[1], dpi=150, bbox_inches="tight")
+            saved(figure(rungs), paths[1])
         print(*paths, sep="\n", file=sys.stderr)
     if arguments.json:
         print_json([dict(zip(header, row)) for row in rows])

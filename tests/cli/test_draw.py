@@ -74,6 +74,10 @@ def test_a_leap_of_the_simulated_error_or_torque_is_said_with_its_place(capsys):
     off[30] = 1.4e-5  # fourteen times the median, but none that is seen
     _say_leaps(machine, motion, run, off, 0.1)
     assert not capsys.readouterr().err
+    # An error that all of a drawing has is said where it is over a hundredth of its size.
+    for size, is_said in ((0.1, True), (0.3, False)):
+        _say_leaps(machine, motion, run, np.full(101, 2e-3), size)
+        assert ("error is up to 2.00 mm" in capsys.readouterr().err) == is_said
     off[60], tau[80, 1] = 7.5e-4, 1.15
     _say_leaps(machine, motion, run, off, 0.1)
     error, torque = capsys.readouterr().err.splitlines()

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.amoro.ros_free.tracking import words as tracking_words
 from fivebar.cli import calibrate as calibrate_command
 from fivebar.cli import draw, draw_place, grade, grade_folder, main, mark, track
 from fivebar.cli import linkage as linkage_command
@@ -291,7 +292,8 @@ def test_a_drawing_is_certified_where_it_is_proved(ran, here, unplotted):
         assert (
             ("out/proof.json" in figures["files"]) == Path("out/proof.json").exists() == certified
         )
-        assert ("not proved" in told.err) != certified
+        stretch = "line.csv: from s = 0 to 31.6228 mm not proved: "
+        assert (stretch in told.err) != certified
     margin = fb.check_path(ROBOT, fb.path("line.csv").at_unit_speed).min_margin
     assert figures["smallest_margin"] == pytest.approx(margin)
 
@@ -638,8 +640,7 @@ def test_ranges_of_a_study_are_of_its_table(words, ran):
         angle, time = study.lock
         lock = f"the run ends before the lock at {np.degrees(angle):.6f} deg, {time:.6f} s"
         assert rows.pop(0) == lock and "until-lock" in words
-    named = {name: ends for name, ends in found["ranges"].items() if None not in ends}
-    for row, (name, ends) in zip(rows, named.items(), strict=True):
+    for row, (name, ends) in zip(rows, found["ranges"].items(), strict=True):
         values = study.columns[name]
         values = values[np.isfinite(values)]
         assert ends == pytest.approx([values.min(), values.max()], abs=1e-9)
@@ -1039,7 +1040,7 @@ def test_the_picture_of_a_drawing_shows_what_is_drawn(is_gcode, here, monkeypatc
     drawn = []
     module = import_module("fivebar.visualization.plot.drawing")  # Its function has its name.
     monkeypatch.setattr(module, "drawing", lambda *words: drawn.append(words))
-    monkeypatch.setattr("fivebar.base.tables.saved", lambda *_, dpi: None)
+    monkeypatch.setattr("fivebar.base.tables.saved", lambda *_: None)
     path = fb.path([(0.0, 0.1), (0.02, 0.1)])
     motion = SimpleNamespace(duration=1.23456, working=(1, -1), path=path)
     machine = fb.Machine(ROBOT, frame=fb.Placement((0.1, 0.0)))
@@ -1454,3 +1455,37 @@ def test_one_submissions_report_is_written_as_asked_for(here, ran, monkeypatch):
     assert ran("grade lab1 anna.py").out == "anna in grey\n"
     graded.faults.append("no sample")
     assert "so this result does not count: no sample" in ran("grade lab1 anna.py", 1).err
+
+
+def test_a_marked_script_says_its_points_and_writes_its_files(here, ran, monkeypatch):
+    (here / "control.py").write_text("", "utf-8")
+    names = "largest_error_m", "rms_error_m", "error_at_the_end_m"
+    tracking = dict.fromkeys(names, 2e-3) | {"task": "2", "points": 3.0, "of": 5}
+    asked = []
+    run = SimpleNamespace(
+        to_csv=lambda path: asked.append(("csv", path)),
+        plot=lambda path: asked.append(("plot", path)),
+        animate=lambda path: asked.append(("page", path)),
+    )
+    tried = [mark.Tried("control", "control.py", tracking, "late", "hello\n", run)]
+
+    def of_script(path, rest, how):
+        asked.append((path.name, rest, how[:2]))
+        return tried[0]
+
+    monkeypatch.setattr(mark, "_of_script", of_script)
+    words = "run control.py --mark 2 --until 3"
+    told = ran(f"{words} --record a.csv --plot a.png --animate a.html own -- --json")
+    assert asked.pop(0) == ("control.py", ["own", "--json"], ("2", 3.0))
+    assert told.out == f"{tracking_words(tracking)}\n"
+    wrote = [f"fivebar run: wrote {name}" for name in ("a.csv", "a.png", "a.html")]
+    assert told.err.splitlines() == ["hello", "fivebar run: late", *wrote]
+    assert [str(path) for _, path in asked] == ["a.csv", "a.png", "a.html"]
+    assert [kind for kind, _ in asked] == ["csv", "plot", "page"]
+    asked.clear()
+    told = ran(f"{words} --json")
+    assert told.out == json.dumps({"tracking": tracking, "trouble": "late"}, indent=2) + "\n"
+    tried[0] = mark.Tried("control", "control.py", None, "no robot")
+    told = ran(words, 1)
+    assert told.err.splitlines() == ["fivebar run: no robot", "fivebar: --mark 2: no mark"]
+    assert ran("run control.py --mark 2 --until 0", 2).err

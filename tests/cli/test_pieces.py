@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.amoro.ros_free.marking import confined_program
 from fivebar.base.errors import UsageError
 from fivebar.cli import (
     COMMANDS,
@@ -31,6 +32,7 @@ from fivebar.grading.intake.hand_in import look_into
 from fivebar.grading.intake.students_robots import draw_for, hidden_seed, robot_for
 from fivebar.grading.labs import find_lab
 from fivebar.grading.worker.replies import Reply
+from fivebar.grading.worker.submission import Submission
 from fivebar.linkages import Study
 from fivebar.linkages.six_bar_press import PRESSES
 from fivebar.study.ladder import Rung
@@ -269,6 +271,7 @@ class FakeStudent:
 
     def __init__(self, submission, isolate, *, limit, total, modules):
         FakeStudent.modules = modules
+        FakeStudent.made = submission, isolate, limit, total
 
     def __enter__(self):
         return self
@@ -279,7 +282,9 @@ class FakeStudent:
     output = "said"
 
     def ask(self, kind, calls, given):
+        assert kind == "run"
         FakeStudent.asked = calls
+        FakeStudent.given = given
         return [FakeStudent.reply]
 
 
@@ -304,6 +309,15 @@ def test_how_a_script_ended_is_its_trouble(reply, trouble, tmp_path, monkeypatch
     assert FakeStudent.modules["gains"] == "KP = 1\n"
     ((text, name, rest, modules),) = FakeStudent.asked
     assert (text, name, rest, modules) == ("import gains\n", "control.py", ["--fast"], ["gains"])
+    submission, isolate, *limits = FakeStudent.made
+    program, lab = confined_program()
+    assert submission == Submission("control.py", program) and isolate == "process"
+    assert limits == [mark.LIMIT, mark.LIMIT] and lab.items() <= FakeStudent.modules.items()
+    # The script's robot is simulated here: a five-bar is made, and moves for so many steps.
+    answer = FakeStudent.given["lab"]
+    assert len(answer([0, 0, 0])[0]) == 20 and answer([1, 0.0, 0.0]) is not None
+    # It is not marked, as it has moved too little, which is said as well.
+    assert tried.tracking is None and tried.trouble
     told = [part for part in tried.trouble.split("; ") if part]
     ends = [part for part in told if trouble and trouble in part]
     assert bool(ends) == bool(trouble) and "None" not in tried.trouble and "3" not in told

@@ -22,7 +22,6 @@ from fivebar.base import columns
 from fivebar.base.errors import UsageError
 from fivebar.base.shards import MANIFEST, read_chunk, read_manifest
 from fivebar.base.units import METRES, SECONDS
-from fivebar.cli.grade_folder import _ids
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.grading.course import marks, settings
 from fivebar.grading.course.cohort import begin
@@ -277,13 +276,6 @@ def readers():
             named=False,
         ),
         "certificate": Reader(_certificate, "it.json", (_text(proof.to_json),)),
-        "ids": Reader(
-            lambda path: _ids(path.read_bytes()),
-            "ids.txt",
-            ("a\nb\né\n".encode("utf-16"), b"a\n"),
-            (UnicodeDecodeError,),
-            False,
-        ),
         "state": Reader(_state, "grading.json", (state,), (UsageError,), False),
     }
 
@@ -359,7 +351,6 @@ COVERS = {
     "study.speed_accuracy.store:__init__": "partial",
     "study.speed_accuracy.store:_parsed": "partial",
     "base.tables:about": "Run",
-    "cli.grade_folder:hand_out": "ids",
     "optimal_design.results:_load": "Design",
     "base.shards:read_chunk": "chunk",
     "base.shards:read_manifest": "manifest",
