@@ -205,6 +205,27 @@ def test_a_model_that_does_not_have_all_of_the_robot_is_said_to_miss_more_than_n
     assert not any("times the noise" in sentence for sentence in fb.identify(ROBOT, LOG).notes)
 
 
+def test_what_is_wrong_in_several_stretches_is_summed_up():
+    tau = spoilt(TAU, 3000, 7000, 7001)
+    keep = np.delete(np.arange(len(T)), slice(5000, 5100))
+    log = {"t": T[keep], "q": Q[keep], "tau": tau[keep]}
+    notes = [each for each in fb.identify(ROBOT, log).notes if "neighbours" in each]
+    assert notes == [
+        "torques leave their neighbours in 3 rows (the first at 3 s): these rows do not count"
+    ]
+
+
+def test_a_simulated_run_has_nothing_wrong(tmp_path):
+    """Its torques are held for 5 rows each, and not cut off, late or early."""
+    true = fb.FiveBar(zz1=0.0023, zz2=0.0018, m=0.45, fv1=4e-3, fv2=6e-3, fs1=3e-3, fs2=5e-3)
+    circle = fb.circle((0.06, 0.09), 0.02, 0.5)
+    law = fb.ComputedTorque(fb.FiveBar(), 100, 20)
+    fb.simulate(true, law, circle, step=2e-3, duration=4).to_csv(tmp_path / "run.csv")
+    unknown = ["zz1", "zz2", "m", "fv1", "fv2", "fs1", "fs2"]
+    found = fb.identify(fb.FiveBar(), str(tmp_path / "run.csv"), unknown=unknown)
+    assert found.notes == () and found.values["m"] == pytest.approx(0.45, rel=1e-3)
+
+
 def test_parameters_that_are_not_unknown_are_named_where_the_model_lacks_them():
     """And no delay, whose torque is like that of friction."""
     names = sorted(CASE.named | {"zz1", "zz2", "m"})

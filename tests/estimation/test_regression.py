@@ -122,6 +122,17 @@ def test_torques_that_stay_at_their_extreme_are_at_a_limit():
     assert not at_limit(tau, tau.min(axis=0), tau.max(axis=0))[:, 0].any()
 
 
+@pytest.mark.parametrize("rows, limited", [(5, False), (6, False), (7, True), (10, True)])
+def test_a_torque_that_is_held_at_its_peak_is_at_no_limit(rows, limited):
+    """Each is held for 5 rows."""
+    held = np.repeat(np.sin(0.3 * np.arange(20)), 5)
+    peak = np.argmax(held)
+    tau = np.insert(held, peak, np.full(rows - 5, held[peak]))[:, None].repeat(2, axis=1)
+    found = at_limit(tau, np.full(2, -9.0), tau.max(axis=0))
+    expected = (np.arange(len(tau)) >= peak) & (np.arange(len(tau)) < peak + rows)
+    assert np.array_equal(found, (expected & limited)[:, None].repeat(2, axis=1))
+
+
 def rows_of(rng, n, theta, sigma):
     W = rng.normal(size=(n, 2, len(theta))) * (1.0, 10.0, 0.1)
     counts = np.ones((n, 2), bool)

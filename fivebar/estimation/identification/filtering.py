@@ -89,7 +89,17 @@ def spikes(column: ndarray) -> ndarray:
 
 
 def at_limit(tau: ndarray, low: ndarray, high: ndarray) -> ndarray:
-    """Return where torques (n, 2) stay at an extreme value (2,) for 3 rows or more."""
+    """Return where torques (n, 2) stay at an extreme value (2,) for 2 rows more than at others.
+
+    Of others, the median counts: 1 row, or as many as a drive holds a torque.
+    """
     near = 1e-9 * np.maximum(np.maximum(np.abs(low), np.abs(high)), 1e-300)
     flat = (np.abs(tau - high) <= near) | (np.abs(tau - low) <= near)
-    return binary_opening(flat, np.ones((3, 1)))
+    limited = np.zeros_like(flat)
+    for k, column in enumerate(tau.T):
+        starts = np.flatnonzero(np.diff(column, prepend=np.nan) != 0)
+        lengths = np.diff(starts, append=len(column))
+        others = lengths[~flat[starts, k]]
+        usual = int(np.median(np.repeat(others, others))) if len(others) else 1
+        limited[:, k] = binary_opening(flat[:, k], np.ones(usual + 2))
+    return limited

@@ -117,21 +117,23 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     lowest = np.nanmin(torques, axis=0)
     highest_tau = np.nanmax(torques, axis=0)
     pieces = []
+    left_out: dict[str, list] = {
+        "leave their neighbours": [],
+        "stay at their largest value, as if cut off,": [],
+    }
     for (t, pairs), (W, good) in zip(long, regressors):
         tau = pairs["tau"]
         off = np.stack([spikes(column) for column in tau.T], axis=1)
         limited = at_limit(tau, lowest, highest_tau)
-        for out, words in (
-            (off, "leave their neighbours"),
-            (limited, "stay at their largest value, as if cut off,"),
-        ):
-            rows = np.flatnonzero(out.any(axis=1))
-            if len(rows):
-                notes.append(
-                    f"torques {words} in {len(rows)} rows (the first at {t[rows[0]]:.6g} s): these"
-                    " rows do not count"
-                )
+        for out, times in zip((off, limited), left_out.values()):
+            times += t[out.any(axis=1)].tolist()
         pieces.append((t, W, tau, good & ~off & ~limited & np.isfinite(tau)))
+    for words, times in left_out.items():
+        if times:
+            notes.append(
+                f"torques {words} in {len(times)} rows (the first at {times[0]:.6g} s): these rows"
+                " do not count"
+            )
     return Samples(robot, pieces, motion, log.step, cutoff, found.noise, tuple(notes), assembly)
 
 
