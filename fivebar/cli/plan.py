@@ -17,6 +17,7 @@ from .options import (
     option_of,
     print_files,
     print_json,
+    print_notes,
     print_table,
     type_of,
     usage_errors,
@@ -83,7 +84,7 @@ def _plan(arguments):
             "--working keeps the modes: it goes without --from-working and --to-working"
         )
     if machine.tool is not None:
-        _check_for_tool(arguments)
+        machine = _for_tool(arguments, machine)
     limits = {LIMITS[option]: value for option, value in used_options(arguments, *LIMITS).items()}
     if arguments.working:
         limits.setdefault("sin", machine.constraints.sin or LEAST_SIN)
@@ -122,8 +123,10 @@ def _end(machine, point, modes):
     return xi if modes is None else igm(machine.robot, xi, tuple(modes))
 
 
-def _check_for_tool(arguments):
-    """Refuse what would bound joint C in place of the tool, and points without modes."""
+def _for_tool(arguments, machine):
+    """Return the machine without what would bound joint C in place of the tool, which is said;
+    refuse the options that would, and points without modes.
+    """
     for option in used_options(arguments, "workspace", "acceleration_limit"):
         raise UsageError(
             f"{option_of(option)} is of joint C, not of the tool: leave it out, or take"
@@ -135,6 +138,11 @@ def _check_for_tool(arguments):
             "with a tool each point needs its modes: give --from-working and --to-working both,"
             " and --via with --working only"
         )
+    if machine.constraints.acceleration is None:
+        return machine
+    words = "plan leaves out acceleration: it is the tool's, and a plan could bound joint C's alone"
+    print_notes(arguments.robot, [words])
+    return replace(machine, constraints=replace(machine.constraints, acceleration=None))
 
 
 def _figures(robot, plan):

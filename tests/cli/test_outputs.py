@@ -237,8 +237,10 @@ def test_a_plan_for_a_tool_bounds_no_joint_in_its_place(here, capsys):
 
 
 @pytest.mark.parametrize("modes", ["--working 1 -1", "--from-working 1 -1 --to-working 1 -1"])
-def test_points_of_a_plan_are_the_tools(modes, here, given):
-    machine = fb.Machine(ROBOT, tool=fb.Tool(1, 0.02), frame=fb.Placement((0.1, 0.0), 0.3))
+def test_points_of_a_plan_are_the_tools(modes, here, given, capsys):
+    limits = fb.Constraints(torque=0.5, acceleration=4.0)
+    frame = fb.Placement((0.1, 0.0), 0.3)
+    machine = fb.Machine(ROBOT, tool=fb.Tool(1, 0.02), frame=frame, constraints=limits)
     machine.save(here / "robot.toml")
     planned = given("planning.plan.plan")
     via = "--via 0.15 0.1" if modes.startswith("--working") else ""
@@ -252,6 +254,9 @@ def test_points_of_a_plan_are_the_tools(modes, here, given):
     assert [p.tolist() for _, p in planned["via"]] == ([pytest.approx(passed)] if via else [])
     assert planned["constraints"].sin == (LEAST_SIN if via else 0.0)
     assert planned["objective"] == "effort"
+    # A limit on the tool's acceleration would silently be kept by joint C in its place.
+    assert planned["constraints"].acceleration is None and planned["constraints"].torque[0] == 0.5
+    assert "robot.toml: plan leaves out acceleration: it is the tool's" in capsys.readouterr().err
 
 
 # draw
