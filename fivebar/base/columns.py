@@ -7,12 +7,14 @@ it to SI units, and notes what it converted, assumed or did not use.
 from __future__ import annotations
 
 import csv
+import json
 import math
 import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,6 +40,17 @@ _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
+class Origin(NamedTuple):
+    """Whose points x, y are, as the first line of a file that fivebar wrote says.
+
+    of_tool: a tool's, else those of joint C; measured: in the measuring frame of a robot's file,
+    else in the robot's own frame.
+    """
+
+    of_tool: bool
+    measured: bool
+
+
 @dataclass(frozen=True, eq=False)
 class Columns:
     """The columns of a table, in SI units.
@@ -58,6 +71,8 @@ class Columns:
         "line" or "row": what `lines` counts.
     comment : str
         The first comment above the header of a file.
+    origin : Origin, optional
+        Whose points x, y are; None where the file does not say.
     """
 
     name: str
@@ -67,6 +82,7 @@ class Columns:
     stated: Mapping[str, str] = field(default_factory=dict)
     row_word: str = "line"
     comment: str = ""
+    origin: Origin | None = None
 
     def where(self, row: int) -> str:
         """Return what a message calls a row: "line 7"."""
@@ -239,7 +255,25 @@ def _from_text(file, wanted, units, calls):
     stated = dict.fromkeys(places, "") if from_fivebar else own_units
     stated |= _since_1970(values, stated, notes)
     _refuse_huge(values, numbers, name, "line")
-    return Columns(name, values, numbers, tuple(notes), stated, comment=comment)
+    origin = _origin(comments[0], calls, name) if from_fivebar else None
+    return Columns(name, values, numbers, tuple(notes), stated, comment=comment, origin=origin)
+
+
+def _origin(comment, calls, name):
+    """Return the Origin of a file whose first comment is this (line, text); None where x, y are not
+    those of a motion of the robot.
+    """
+    line, text = comment
+    kind, _, about = text.removeprefix("fivebar ").partition(", SI units: ")
+    if kind in ("plan", "run"):
+        return Origin(calls.get("x", "x").startswith("x_tip"), False)
+    if kind != "setpoints":
+        return None
+    try:
+        known = json.loads(about)
+    except ValueError as error:
+        raise ValueError(f"{name}, line {line}: not of a file of setpoints: {error}") from None
+    return Origin("tool" in known, "frame" in known)
 
 
 def _since_1970(values, stated, notes):

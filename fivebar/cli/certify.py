@@ -10,7 +10,7 @@ from argparse import _SubParsersAction
 
 from ..base.errors import UsageError
 from .options import TABLE, WORKING, add_options, number, print_json, print_notes, usage_errors
-from .robot_options import add_robot_options, chosen_machine, print_frames
+from .robot_options import add_robot_options, chosen_machine, machine_for, print_frames
 
 OPTIONS = TABLE | {
     "--check PROOF.json": "check a proof instead, with mpmath alone",
@@ -60,6 +60,7 @@ def _certify(arguments):
             columns=arguments.columns,
             placement=placement,
         )
+        machine = machine_for(arguments, machine, arguments.path, path)
         constraints = Constraints(det_A=arguments.margin, sin=arguments.margin)
         proof = certify(machine, path, tolerances, constraints, arguments.working)
     print_notes(arguments.path, path.notes)

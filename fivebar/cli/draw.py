@@ -29,7 +29,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, peak_row, print_frames
+from .robot_options import add_robot_options, chosen_machine, machine_for, peak_row, print_frames
 
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
@@ -123,6 +123,8 @@ def _draw(arguments):
         backlash = not_negative(arguments.backlash or 0.0, "--backlash")
     path = _read(arguments)
     print_notes(arguments.drawing, path.notes)
+    if arguments.as_drawn:  # elsewhere it is a shape
+        machine = machine_for(arguments, machine, arguments.drawing, path)
     path, working, share, page = placed(arguments, machine, path)
     if arguments.lead is not None:
         path = strokes.with_leads(path, arguments.lead)

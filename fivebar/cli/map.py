@@ -26,7 +26,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, print_frames
+from .robot_options import add_robot_options, chosen_machine, machine_for, print_frames
 
 OPTIONS = TABLE | {
     "--space task|joint": ("task", "what the map is over"),
@@ -79,25 +79,26 @@ def _map(arguments):
     task = arguments.space == "task"
     user = "map --load" if arguments.load else "map" if task else "map --space joint"
     machine = chosen_machine(arguments, user)
-    robot, tool = machine.robot, machine.tool
     check_ending("--data", arguments.data, (".csv", ".npz"))
     check_ending("--out", arguments.out)
     check_ending("--graph", arguments.graph)
     levels = used_options(arguments, "det_A", "sin")
-    if arguments.fits is not None and not (robot.turns and min(arguments.fits) > 0):
+    if arguments.fits is not None and not (machine.robot.turns and min(arguments.fits) > 0):
         raise UsageError("--fits takes two sizes > 0, m, of a board for a five-bar")
     if not task and (levels or arguments.path or arguments.load or arguments.working):
         raise UsageError("--path, --load, --det-A, --sin and --working are of task space only")
     regions = path = points = None
     with usage_errors():
+        if arguments.path:
+            path = from_csv(arguments.path, units=arguments.units, columns=arguments.columns)
+            machine = machine_for(arguments, machine, arguments.path, path)
+            points = path(np.linspace(path.start, path.start + path.duration, 1001))[0]
+            points = machine.frame.inverse(points)
+        robot, tool = machine.robot, machine.tool
         if task:
             regions = _feasible(
                 machine, replace(machine.on_poses, **levels), _load(arguments, machine)
             )
-        if arguments.path:
-            path = from_csv(arguments.path, units=arguments.units, columns=arguments.columns)
-            points = path(np.linspace(path.start, path.start + path.duration, 1001))[0]
-            points = machine.frame.inverse(points)
         shape = (arguments.nodes, arguments.nodes)
         window = arguments.window
         if window:

@@ -75,6 +75,21 @@ def in_robot_frame(machine, *files):
     return [("robot's own frame", names)] if machine.moves_points and names else []
 
 
+def machine_for(arguments, machine, file, path):
+    """Return the machine for the points of a path's file; say where that file's first line names
+    other points than the machine's own.
+    """
+    with usage_errors(ValueError):
+        found = machine.for_points_of(path)
+    if found != machine:
+        arguments.frame = "measuring" if found.moves_points else "robot"
+        where, _, _ = FRAMES[arguments.frame].partition(";")
+        whose = f"of {'joint C' if found.tool is None else 'the tool'}, {where}"
+        arguments.frame_row = [("points", whose)]
+        print_notes(file, [f"its points are {whose}, as its first line says"])
+    return found
+
+
 def chosen_machine(arguments, user=""):
     """Return the Machine of these arguments, without what the command leaves out, which is said.
 

@@ -40,6 +40,9 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
 
 def chosen_task(arguments: argparse.Namespace) -> dict:
     """Return the task's options, as `sweep` and `design` take them."""
+    from ..models.robots import FiveBar
+    from ..paths.machine import Machine
+
     names = "table disc poses working path stiffness det_A sin margin".split()
     choices = used_options(arguments, *names)
     if len(arguments.disc) == 1:
@@ -57,6 +60,7 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
     if arguments.motion:
         with usage_errors():
             choices["motion"] = from_csv(arguments.motion)
+            Machine(FiveBar()).for_points_of(choices["motion"])  # figures know no tool and no frame
     return choices
 
 

@@ -33,6 +33,7 @@ from .options import (
 from .robot_options import (
     add_robot_options,
     chosen_machine,
+    machine_for,
     peak_row,
     print_frames,
     robot_is_chosen,
@@ -131,6 +132,7 @@ def _track(arguments):
         reference = _reference(arguments)
     check_positive(arguments, "period", "torque_limit")
     print_notes(arguments.csv, reference.notes)
+    machine = machine_for(arguments, machine, arguments.csv, reference)
     working = tuple(arguments.working or (-1, -1))
     limits = machine.constraints
     if torque := arguments.torque_limit or limits.torque:

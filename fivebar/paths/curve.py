@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.checks import instance, not_negative, number, optional, positive, shown, whole
+from ..base.columns import Origin
 from ..base.presentation import Plotted
 from ..base.representation import one_line, vector
 from .pieces import ORDERS, Arc, Line, Piece, Polynomial, derivatives, on_arcs
@@ -61,6 +62,8 @@ class Path(Plotted):
         Where a motion must come to rest: (s, seconds).
     rests_for_pen : bool
         Whether it rests where the pen goes down or up.
+    origin : Origin, optional
+        As of a Trajectory.
 
     Raises
     ------
@@ -85,6 +88,7 @@ class Path(Plotted):
     lines: tuple[int | None, ...] = None  # type: ignore[assignment]  # as above
     tool: MountedTool | None = None
     rests_for_pen: bool = True
+    origin: Origin | None = None
     stops: tuple[Stop, ...] = field(init=False)
 
     def __post_init__(self) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.checks import instance, one_of, positive, robot, shown, two_numbers
+from ..base.columns import Origin
 from ..base.representation import one_line, vector, working_words
 from ..base.robot_uses import freed, left_out
 from ..base.tables import TextFile
@@ -190,7 +191,8 @@ class Machine:
 
     def led(self, path: Any, working: ArrayLike) -> Any:
         """Return the Path or Trajectory of joint C, in the robot's own frame, that leads what draws
-        along one in the measuring frame: `Tool.path`, or without a tool joint C itself.
+        along one in the measuring frame: `Tool.path`, or without a tool joint C itself. Of a file
+        that fivebar wrote, the first line says whether its points are so: `for_points_of`.
         """
         if isinstance(path, AtUnitSpeed):
             return self.led(path.path, working).at_unit_speed
@@ -198,10 +200,35 @@ class Machine:
             raise ValueError(
                 "this path leads a tool already, in the robot's own frame: give machine.robot"
             )
-        if self.moves_points:
-            path = self.frame.inverse(path)
+        machine = self.for_points_of(path)
+        if machine.moves_points:
+            path = machine.frame.inverse(path)
         robot: Any = self.robot
-        return path if self.tool is None else self.tool.path(robot, path, working)
+        return path if machine.tool is None else machine.tool.path(robot, path, working)
+
+    def for_points_of(self, path: Any) -> Machine:
+        """Return the machine without tool or frame where a path's file says so of its points.
+
+        Raises
+        ------
+        ValueError
+            They are a tool's, or in a measuring frame, and this machine has none.
+        """
+        origin = getattr(path, "origin", None) or Origin(self.tool is not None, self.moves_points)
+        for needed, has, words in (
+            (origin.of_tool, self.tool is not None, "of a tool, and this robot has no tool"),
+            (origin.measured, self.moves_points, "in a measuring frame, and this robot has none"),
+        ):
+            if needed and not has:
+                raise ValueError(
+                    f"the first line of the path's file says that its points are {words}: give a"
+                    " robot's file that has it (without --frame robot), or take that line out"
+                )
+        return replace(
+            self,
+            tool=self.tool if origin.of_tool else None,
+            frame=self.frame if origin.measured else Placement(),
+        )
 
     def joint(self, point: ArrayLike, working: ArrayLike = (-1, -1)) -> np.ndarray:
         """Return where joint C is (2,), m, in the robot's own frame, with what draws at a point of

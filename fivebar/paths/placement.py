@@ -78,9 +78,9 @@ class Placement:
     def __call__(self, what: Path | Trajectory | ArrayLike) -> Path | Trajectory | np.ndarray:
         """Return a Path, a Trajectory or points (*batch, 2), m, placed."""
         if isinstance(what, Trajectory):
-            return replace(what, _motion=partial(self._moved, what))
+            return replace(what, _motion=partial(self._moved, what), origin=None)
         if isinstance(what, Path):
-            return what.moved(complex(*self.shift), self.turned)
+            return replace(what.moved(complex(*self.shift), self.turned), origin=None)
         points = finite_numbers(what, "Placement: points")
         if points.shape[-1:] != (2,):
             raise ValueError(f"Placement: points must be (*batch, 2), not {shown(points.shape)}")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.columns import Origin
 from ..base.tables import Table, TextFile
 from ..models.parameters import robot_of
 from ..models.robots import Robot
@@ -65,6 +66,7 @@ def recorded_path(path: TextFile) -> RecordedPath:
         float(t[0]),
         float(t[-1] - t[0]),
         hermite(t, *motion),
+        origin=Origin(of_tool=False, measured=False),
         robot=robot,
         working=working,
         rows=t,

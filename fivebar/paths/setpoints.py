@@ -69,6 +69,8 @@ class Setpoints:
         True where it is down.
     working : (2,) or None
         None where they change.
+    tool : Tool or None
+        Whose points xi are; None: joint C.
     """
 
     robot: Robot
@@ -80,6 +82,7 @@ class Setpoints:
     q_dot: np.ndarray
     pen: np.ndarray | None = None
     working: tuple[int, int] | None = None
+    tool: Tool | None = None
 
     def __repr__(self) -> str:
         rows = f"{len(self.t)} rows, {self.t[1] - self.t[0]:g} s apart"
@@ -118,8 +121,8 @@ class Setpoints:
         about: dict[str, Any] = {"robot": self.robot.parameters, "working": self.working}
         if frame != Placement():
             about["frame"] = asdict(frame)
-        if machine is not None and machine.tool is not None:
-            about["tool"] = asdict(machine.tool)
+        if self.tool is not None:
+            about["tool"] = asdict(self.tool)
         if machine is not None and machine.reads_otherwise:
             q, q_dot = machine.readings(q), q_dot / machine.ratio
             about |= {"offset": machine.offset, "ratio": machine.ratio}
@@ -304,4 +307,5 @@ def setpoints(
         motion.rates.q_dot,
         reference.pen(times) if hasattr(reference, "pen") else None,
         working,
+        tool,
     )

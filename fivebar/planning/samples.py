@@ -116,7 +116,8 @@ def from_csv(
         else:
             motion = _spline(t, points, smoothing)
         notes = _compared(motion, t, points, table.lines)
-    return Trajectory(float(t[0]), float(t[-1] - t[0]), motion, (*notes, *table.notes))
+    span = float(t[0]), float(t[-1] - t[0])
+    return Trajectory(*span, motion, (*notes, *table.notes), origin=table.origin)
 
 
 def refuse_unclear_lengths(table: Columns) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from ..base.checks import number, positive, seconds, shown, two_numbers
+from ..base.columns import Origin
 from ..base.representation import one_line, vector
 
 
@@ -29,6 +30,8 @@ class Trajectory:
         Times, s.
     notes : tuple of str
         Remarks on a file that it was read from.
+    origin : Origin, optional
+        Whose points they are, where such a file is fivebar's; it is lost where they are placed.
 
     Examples
     --------
@@ -42,6 +45,7 @@ class Trajectory:
     duration: float
     _motion: Callable[[np.ndarray], np.ndarray]  # times (n,) inside -> (n, 6)
     notes: tuple[str, ...] = ()
+    origin: Origin | None = field(default=None, kw_only=True)
 
     def __repr__(self) -> str:
         end = self.start + self.duration

@@ -259,6 +259,34 @@ def test_points_of_a_plan_are_the_tools(modes, here, given, capsys):
     assert "robot.toml: plan leaves out acceleration: it is the tool's" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "command, function",
+    [
+        ("track {}", "simulation.simulate.simulate"),
+        ("map --nodes 5 --path {}", "constraints.path_check.check_path"),
+        ("certify {}", "paths.certificates.certify.certify"),
+        ("draw --as-drawn {}", "constraints.path_check.check_path"),
+    ],
+)
+def test_points_of_a_plan_are_read_as_those_of_joint_c(command, function, here, given, capsys):
+    """In the robot's own frame, where other files have a tool's in the measuring frame."""
+    frame = fb.Placement((0.1, 0.0), 0.3)
+    fb.Machine(ROBOT, tool=fb.Tool(1, 0.02), frame=frame).save(here / "robot.toml")
+    t = np.linspace(0.0, 1.0, 7)
+    rows = [f"{each},{0.05 + 0.01 * each},{0.09}" for each in t]
+    head = '# fivebar plan, SI units: {"robot": {}}\nt,x,y'
+    (here / "plan.csv").write_text("\n".join([head, *rows]), "utf-8")
+    found = given(function)
+    with pytest.raises(Reached):
+        main([*command.format("plan.csv").split(), *"--robot robot.toml --working -1 -1".split()])
+    path = found[2 if function.endswith("simulate") else 1]
+    if function.endswith("certify"):
+        path = found[0].led(found[1], (-1, -1))
+    assert path(0.0)[0] == pytest.approx((0.05, 0.09))
+    words = "plan.csv: its points are of joint C, in the robot's own frame, as its first line says"
+    assert words in capsys.readouterr().err
+
+
 # draw
 
 

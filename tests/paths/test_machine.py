@@ -1,5 +1,6 @@
 """A robot as it is built: its file comes back, and its readings and frame are used by commands."""
 
+import io
 import json
 import math
 from dataclasses import replace
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.paths.setpoints import setpoints
 from tests.helpers.twins import LAB, measured, robot_of, twin
 
 CONSTRAINTS = fb.Constraints(
@@ -247,6 +249,52 @@ def test_functions_lead_the_tool_of_a_machine_in_its_frame():
     assert (after[0] - before[0]) / (2 * h) == pytest.approx(speed, abs=1e-8)
     assert (after[1] - before[1]) / (2 * h) == pytest.approx(acceleration, abs=1e-7)
     assert moved(0.0)[0] == pytest.approx(BUILT.frame((0.02, 0.1)), abs=1e-14)
+
+
+def test_files_of_fivebar_are_led_by_what_their_first_line_says(tmp_path):
+    """The same motion in six files, of joint C or of the tool, in either frame."""
+    modes = (1, -1)
+    robot = BUILT.robot
+    led = BUILT.led(fb.line((0.11, 0.17), (0.12, 0.172), 0.3), modes)
+    start = fb.ikm(fb.igm(robot, led(0.0)[0], modes), (0.0, 0.0))
+    law = fb.ComputedTorque(robot, 100.0, 20.0, modes, start.pose.assembly)
+    run = fb.simulate(robot, law, led, start=start)
+    table = setpoints(robot, led, 500.0, modes)
+    timed = BUILT.led(fb.path([(0.11, 0.17), (0.12, 0.172)]), modes)
+    motion = fb.time_path(robot, timed, 0.3, working=modes)
+    in_own_frame = replace(BUILT, frame=fb.Placement())
+    writers = {
+        "run.csv": run.to_csv,
+        "timed.csv": motion.to_csv,
+        "joint.csv": replace(table, xi=led(table.t)[0], tool=None).to_csv,
+        "own.csv": table.to_csv,
+        "own_too.csv": lambda file: table.to_csv(file, machine=in_own_frame),
+        "measured.csv": lambda file: table.to_csv(file, machine=BUILT),
+    }
+    ends = led(0.0)[0], led(1.0)[0]
+    for name, write in writers.items():
+        write(tmp_path / name)
+        path = BUILT.led(fb.path(tmp_path / name), modes)
+        assert (path.tool is not None) == ("joint" not in name and name[0] in "om"), name
+        for xi, s in zip(ends, (0.0, path.length)):
+            np.testing.assert_allclose(path(s)[0], xi, atol=3e-4 if name == "run.csv" else 1e-9)
+        again = BUILT.led(fb.from_csv(tmp_path / name), modes)
+        np.testing.assert_allclose(again(0.0)[0], ends[0], atol=1e-9)
+    recorded = fb.TimedPath.from_csv(tmp_path / "measured.csv")
+    np.testing.assert_allclose(BUILT.led(recorded, modes)(1.0)[0], ends[1], atol=1e-9)
+    # Placed elsewhere they are points of the table again; without their tool they are refused.
+    placed = BUILT.frame(fb.path(tmp_path / "run.csv"))
+    with pytest.raises(ValueError, match="leads a tool already"):
+        BUILT.led(BUILT.led(placed, modes), modes)
+    for machine, words in (
+        (replace(BUILT, tool=None), "are of a tool, and this robot has no tool"),
+        (in_own_frame, "are in a measuring frame, and this robot has none"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            machine.led(fb.path(tmp_path / "measured.csv"), modes)
+    broken = io.StringIO("# fivebar setpoints, SI units: {\nt,x,y\n0,0,0\n1,1,1\n")
+    with pytest.raises(ValueError, match="line 1: not of a file of setpoints"):
+        fb.path(broken)
 
 
 def test_constraints_of_a_machine_are_left_out_with_a_warning_and_others_refused():

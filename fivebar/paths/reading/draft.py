@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.checks import positive
+from ...base.columns import Origin
 from ..blend import blended
 from ..curve import GAP, Path
 from ..fit import Bezier, Ellipse, fitted
@@ -38,13 +39,15 @@ class Move(NamedTuple):
 class Draft:
     """A drawing in metres, y up.
 
-    dwells: (after how many moves, s); notes: what was passed over or converted.
+    dwells: (after how many moves, s); notes: what was passed over or converted; origin: whose
+    points they are, where that is known.
     """
 
     name: str
     moves: list[Move] = field(default_factory=list)
     dwells: list[tuple[int, float]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    origin: Origin | None = None
 
     def finished(self, placement: Placement, deviation: float, curvature: bool) -> Path:
         """Return the path: placed, its curves fitted, its corners blended.
@@ -104,7 +107,7 @@ class Draft:
                 rows.append((piece, move.pen, move.feed, move.line))
                 s += piece.length
         path_pieces, pen, feed, lines = zip(*rows)
-        rough = Path(path_pieces, pen, dwells, feed, tuple(notes), lines)
+        rough = Path(path_pieces, pen, dwells, feed, tuple(notes), lines, origin=self.origin)
         return blended(rough, max(deviation - fine, 0.0), curvature)
 
 

@@ -34,7 +34,7 @@ def read_csv(
     """
     table = read(file, COLUMNS, units, columns=columns)
     refuse_unclear_lengths(table)
-    draft = Draft(table.name, notes=list(table.notes))
+    draft = Draft(table.name, notes=list(table.notes), origin=table.origin)
     if "t" in table.values:
         draft.notes.append("the times in it are not used: from_csv follows them")
     points = np.stack([table.values["x"], table.values["y"]], axis=-1)
