@@ -114,6 +114,7 @@ class Path(Plotted):
             ("rests_for_pen", _true_or_false(self.rests_for_pen, "Path: rests_for_pen")),
         ):
             object.__setattr__(self, name, value)
+        optional(instance(Origin))(self.origin, "Path: origin")
         order = np.arange(n)
         starts = self._on_pieces(order, np.zeros(n))[0]
         ends = self._on_pieces(order, np.array([piece.length for piece in pieces]))[0]

@@ -479,6 +479,7 @@ CASES = {
             lines=None,
             tool=None,
             rests_for_pen=True,
+            origin=None,
         ),
         words=("Path:", "pieces"),
     ),
