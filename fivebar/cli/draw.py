@@ -281,6 +281,7 @@ def _timed(arguments, machine, path, working):
     """Return the motion along the path in the least time, and what limits the tracker's torques."""
     from ..constraints.constraints import Constraints
     from ..paths.timing.constraint_rows import Limits
+    from ..paths.timing.solve import TimingError
     from ..paths.timing.time_path import SLOW, slowness, time_path
 
     options = ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
@@ -309,7 +310,15 @@ def _timed(arguments, machine, path, working):
     duration = arguments.duration
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # it is said below
-        motion = time_path(machine.robot, path, duration, constraints=constraints, working=working)
+        try:
+            motion = time_path(
+                machine.robot, path, duration, constraints=constraints, working=working
+            )
+        except TimingError as error:
+            words = f"{error}; the drawing is there at {_place(machine, path.drawn(error.s)[0])}"
+            if constraints.torque is not None and arguments.reserve:
+                words += f"; --reserve keeps {arguments.reserve:.3g} of the limit for the tracker"
+            raise TimingError(words, error.s, error.proved) from None
     if duration is None and motion.gap > SLOW:
         words = f"slow: {slowness(motion)}"
         if not arguments.accept_slow:

@@ -956,6 +956,20 @@ def test_charts_are_named_with_their_files(ran, monkeypatch):
     assert "geometry" in every[0] and len(every[0]) > 2
 
 
+def test_a_motion_against_gravity_names_limit_and_place(here, capsys):
+    robot = fb.FiveBar(gravity=(0.0, -9.81))
+    fb.Machine(robot, frame=fb.Placement((0.1, 0.0))).save(here / "robot.toml")
+    (here / "line.csv").write_text("x_mm,y_mm\n190,70\n195,70\n195,75\n", "utf-8")
+    words = "draw line.csv --as-drawn --robot robot.toml --torque-limit 0.2 --working -1 -1"
+    assert main(words.split()) == 1
+    told = capsys.readouterr().err
+    hold = np.abs(fb.gravity_torques(fb.igm(robot, (0.09, 0.07))))
+    assert f"takes {hold[0]:.4g}, {hold[1]:.4g} N m, and the limit is 0.19, 0.19 N m" in told
+    assert "line 3, joint C at (0.09, 0.07) m in the robot's own frame" in told
+    assert "the drawing is there at (190, 70) mm in the measuring frame" in told
+    assert "--reserve keeps 0.05 of the limit for the tracker" in told
+
+
 # grade
 
 

@@ -133,7 +133,10 @@ def test_torques_are_kept_on_both_sides_of_type_2(elbow):
 
 
 def test_places_in_words():
-    assert where(ACROSS, 0.0) == f"s = 0 m of {ACROSS.length:.6g}, xi = (0.09, 0.068) m"
+    place = "joint C at (0.09, 0.068) m in the robot's own frame"
+    assert where(ACROSS, 0.0) == f"s = 0 m of {ACROSS.length:.6g}, {place}"
+    lines = replace(ACROSS, lines=(7,) * len(ACROSS.pieces))
+    assert where(lines, 0.0) == f"s = 0 m of {ACROSS.length:.6g}, line 7, {place}"
 
 
 def test_a_path_that_leaves_the_workspace_is_refused_at_the_place():

@@ -333,7 +333,8 @@ REFUSED = [
         dict(robot=VERTICAL),
         dict(torque=0.05),
         fb.TimingError,
-        "no motion along the path keeps these limits near s = 0 ",
+        "no motion along the path keeps these limits near s = 0 m of .*, joint C at .* in the"
+        " robot's own frame: to hold it there against gravity takes .* N m, and the limit is 0.05,",
     ),
     (
         dict(robot=VERTICAL, path=Path((Line((-0.05, 0.06), (0.05, 0.14)),))),

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.errors import SingularityError, UnreachableError
+from ...models.dynamics import gravity_torques
 from ...models.geometry import igm
+from ...models.physics import loads_of
 from ...singularities.degenerate import refuse_singular_everywhere
 
 if TYPE_CHECKING:
     from ...models.robots import Robot
     from ..curve import Path
     from .bounds import Stretches
+    from .constraint_rows import Limits
     from .mesh import Mesh
 
 VOID = 1e-9  # of a factor's largest size, that counts as 0 where Type 2 is crossed
@@ -24,7 +27,23 @@ TOUCH = 1e-6  # of det A: about 0.1 um, nearer to Type 2 than any robot knows it
 def where(path: Path, s: float) -> str:
     """Return a place of a path, in words."""
     x, y = path(s)[0]
-    return f"s = {s:.9g} m of {path.length:.6g}, xi = ({x:.9g}, {y:.9g}) m"
+    line = f", line {path.line_of(s)}" * bool(path.line_of(s))
+    joint = f"joint C at ({x:.9g}, {y:.9g}) m in the robot's own frame"
+    return f"s = {s:.9g} m of {path.length:.6g}{line}, {joint}"
+
+
+def held(mesh: Mesh, limits: Limits, k: int) -> str:
+    """Return in words that the limits do not hold the robot at rest at node k; "" where they do."""
+    holds = [limit for limit in (limits.torque, limits.stall) if limit is not None]
+    if not holds or mesh.crossing[k] or not loads_of(mesh.robot).has_gravity:
+        return ""
+    needed = np.abs(gravity_torques(igm(mesh.robot, mesh.path(mesh.s[k])[0], mesh.working)))
+    given = np.min(holds, axis=0)
+    if (needed <= given).all():
+        return ""
+    unit = mesh.robot.words.effort_unit
+    needs, limit = (f"{left:.4g}, {right:.4g} {unit}" for left, right in (needed, given))
+    return f": to hold it there against gravity takes {needs}, and the limit is {limit}"
 
 
 def refuse_unreachable(

@@ -13,6 +13,7 @@ from .feasible_motion import profile
 from .lower_bound import MARGIN, Ceiling, caps, ceiling, duration
 from .mesh import joined
 from .polygons import polygons
+from .refusals import held
 
 if TYPE_CHECKING:
     from .mesh import Mesh
@@ -138,7 +139,7 @@ def _refined(mesh, limits, gap, until):
                 float(mesh.s[node]),
                 False,
             )
-        raise _no_motion(mesh, node, False)
+        raise _no_motion(mesh, limits, node, False)
     ends = [(*rounds[k], best[rounds[k][0].part] == k) for k in np.unique(best[best >= 0])]
     return ends, looks
 
@@ -192,12 +193,12 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
-        raise _no_motion(mesh, int(np.argmin(top)), True)
+        raise _no_motion(mesh, limits, int(np.argmin(top)), True)
     rest = mesh.rest
     none = np.zeros(len(mesh))
     above = ceiling(rows, alone, length, np.where(rest, 0.0, top), gaps)
     if above.stuck is not None:
-        raise _no_motion(mesh, above.stuck, True)
+        raise _no_motion(mesh, limits, above.stuck, True)
     # The bounds take as long as two looks.
     best = Solved(above, top, np.append(none, 0.0), none, none + np.inf, (), 2 * len(mesh))
     if not np.isfinite(above.size).all():
@@ -286,10 +287,11 @@ def _along(mesh, found):
     return np.arctan2(k * x, g * u + m * x)
 
 
-def _no_motion(mesh, node, proved):
+def _no_motion(mesh, limits, node, proved):
     verb = "keeps" if proved else "was found that keeps"
     return TimingError(
-        f"time_path: no motion along the path {verb} these limits near {mesh.place(node)}",
+        f"time_path: no motion along the path {verb} these limits near {mesh.place(node)}"
+        f"{held(mesh, limits, node)}",
         float(mesh.s[node]),
         proved,
     )
