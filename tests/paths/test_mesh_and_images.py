@@ -158,9 +158,10 @@ def test_a_path_that_leaves_the_workspace_is_refused_at_the_place():
 def test_curvatures_that_jump_are_named():
     arc = fb.paths.pieces.Arc((0.0, 0.02), 0.02, -math.pi / 2, 0.0)
     path = Path((Line((-0.05, 0.0), (0.0, 0.0)), arc))
-    with pytest.raises(
-        ValueError, match="as it does at s = 0.05 m of 0.0814159, xi = .*, 0. m: fi"
-    ):
+    words = (
+        "as it does at s = 0.05 m of 0.0814159, joint C at .*, 0. m in the robot's own frame: fi"
+    )
+    with pytest.raises(ValueError, match=words):
         refuse_kinks(path)
     refuse_kinks(Path((arc,)))
     refuse_kinks(Path((arc, fb.paths.pieces.Arc((0.0, 0.02), 0.02, 0.0, 1.0))))

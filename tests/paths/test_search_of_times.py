@@ -100,7 +100,7 @@ def test_constraints_on_poses_are_looked_at_first():
     robot, path, _ = CASES["torques"]
     below = fb.Constraints(torque=0.1, half_planes=[(0.0, -1.0, -0.11)])  # y <= 0.11
     with pytest.raises(
-        ValueError, match=r"^time_path: .* is not kept from s = .*, xi = \("
+        ValueError, match=r"^time_path: .* is not kept from s = .*, joint C at \("
     ) as refused:
         fb.time_path(robot, path, constraints=below)
     words = str(refused.value)
