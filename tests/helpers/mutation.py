@@ -19,11 +19,13 @@ import os
 import random
 import resource
 import signal
+import subprocess
 import sys
 import tempfile
 import time
 import tokenize
 import tomllib
+import warnings
 from bisect import bisect
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -95,8 +97,8 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
     "control": ("tests/control", "-k", "not benchmark_runs"),
     "linkages": ("tests/linkages",),
     "exporters": ("tests/exporters",),
-    # What runs in a script's own process is not changed there: the tests in this one count.
-    "amoro": ("tests/amoro/test_world.py", "tests/amoro/test_models.py"),
+    # Scripts that a test runs in a process of their own run in a fork of this one, where the mutant is.
+    "amoro": ("tests/amoro",),
     "cli": ("tests/cli", "tests/grading/test_cli.py"),
     "study": ("tests/study",),
     "grading": tuple(
@@ -141,6 +143,7 @@ SLOW = {
 FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exercise.py"]}
 ARGUMENTS = ["-q", "-p", "no:cacheprovider", "-p", "no:randomly", "--tb=no"]
 TABLE = DATA / "mutants.toml"
+SHOW_WARNING = warnings._showwarnmsg_impl
 
 
 def without_texts(source: str) -> list[str]:
@@ -271,6 +274,16 @@ class Watch:
             function.__globals__["__reach__"] = self.reached.add
             function.__code__ = functions_in(code)[each.function]
 
+    def pytest_sessionstart(self):
+        real = subprocess.run
+
+        def run(command, *places, **names):
+            if isinstance(command, list) and command[1:4] == ["-m", "fivebar", "run"]:
+                return forked(command, self.reached, *places, **names)
+            return real(command, *places, **names)
+
+        subprocess.run = run
+
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_protocol(self, item):
         self.reached.clear()
@@ -342,6 +355,74 @@ def in_a_child(run: Callable[[], int], seconds: float) -> int | None:
         if time.monotonic() > end:
             os.kill(child, signal.SIGKILL)
         time.sleep(0.05)
+
+
+def forked(command: list[str], reached: set[str], cwd=None, env=None, **_):
+    """What `subprocess.run` gives of `python -m fivebar run ...`, run by a fork of this process."""
+    with (
+        tempfile.TemporaryFile("w+", encoding="utf-8") as out,
+        tempfile.TemporaryFile("w+", encoding="utf-8") as err,
+        tempfile.TemporaryFile("w+", encoding="utf-8") as calls,
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("ignore")  # Python's of threads in a process that forks
+        child = os.fork()
+        if not child:
+            code = 99
+            try:
+                code = _run_script(command[3:], out, err, cwd, env)
+            finally:
+                for stream in (sys.stdout, sys.stderr):
+                    stream.flush()
+                json.dump(sorted(reached), calls)
+                calls.flush()
+                os._exit(code)
+        end = time.monotonic() + 120.0
+        while not (done := os.waitpid(child, os.WNOHANG))[0]:
+            time.sleep(0.01)
+            if time.monotonic() > end:
+                os.kill(child, signal.SIGKILL)
+        for file in (out, err, calls):
+            file.seek(0)
+        code = os.waitstatus_to_exitcode(done[1])
+        reached.update(json.loads(calls.read() or "[]"))
+        return subprocess.CompletedProcess(command, code, out.read(), err.read())
+
+
+def _run_script(words: list[str], out, err, cwd, env) -> int:
+    """The exit code of `fivebar run`, whose script runs in this process in place of another one."""
+    from fivebar.amoro.ros_free import child, outputs
+    from fivebar.cli import main
+
+    os.dup2(out.fileno(), 1)
+    os.dup2(err.fileno(), 2)
+    sys.stdout, sys.stderr = (
+        open(fd, "w", buffering=1, encoding="utf-8", closefd=False) for fd in (1, 2)
+    )
+    os.chdir(cwd or os.curdir)
+    os.environ.update(env or {})
+    outputs.start = Path.cwd()
+    warnings.resetwarnings()
+    for category in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+        warnings.simplefilter("ignore", category)
+    warnings.filterwarnings("default", category=DeprecationWarning, module="__main__")
+    warnings._showwarnmsg_impl = SHOW_WARNING
+
+    def here(command, env, pass_fds):
+        os.environ.update(env)
+        if "matplotlib" in sys.modules and "MPLBACKEND" in env:
+            import matplotlib
+
+            matplotlib.rcParams["backend"] = env["MPLBACKEND"]
+            matplotlib.use = lambda backend, *, force=True: None
+        sys.argv[:] = ["-c", *command[4:]]
+        child.main()
+
+    subprocess.Popen = here
+    try:
+        return main(words)
+    except SystemExit as ended:
+        return ended.code or 0
 
 
 def measured(mutants: list[Mutant], arguments: list[str], longest: float) -> dict:
