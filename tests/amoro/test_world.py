@@ -113,6 +113,7 @@ def test_reset_is_home_at_time_0_and_keeps_the_run_before(make):
     assert robot.get_time() == 0.0 and not values(robot, "effort").any()
     assert end(robot, "position") == pytest.approx(HOME["five_bar"])
     assert place.world.resets == [0.03] and place.world.run().t[-1] == pytest.approx(0.03)
+    assert robot.active_left_joint.effort == robot.active_right_joint.effort == 0.0
     robot.apply_efforts(0.0, 0.0)
     robot.reset_simulation()
     assert place.world.resets == [0.03, 0.04]
