@@ -205,6 +205,41 @@ def test_a_model_that_does_not_have_all_of_the_robot_is_said_to_miss_more_than_n
     assert not any("times the noise" in sentence for sentence in fb.identify(ROBOT, LOG).notes)
 
 
+@pytest.mark.parametrize("apart", [False, True])
+def test_torques_of_every_fifth_row_are_enough(apart):
+    """In the rows of positions, or in rows of their own 0.2 ms later."""
+    some = np.arange(len(T)) % 5 == 0
+    log = {**LOG, "tau": np.where(some[:, None], TAU, np.nan)}
+    if apart:
+        log["tau"] = np.full_like(TAU, np.nan)
+        later = T + 2e-4
+        tau = np.stack([np.interp(later, T, column) for column in TAU.T], axis=1)
+        own = {"t": later, "q": np.full_like(Q, np.nan), "tau": tau}
+        order = np.argsort(np.concatenate([T, own["t"][some]]))
+        log = {name: np.concatenate([log[name], own[name][some]])[order] for name in own}
+    found = fb.identify(ROBOT, log)
+    assert "9600 of 12001 rows with positions have no torques" in found.notes
+    assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"}
+    assert found.values["m"] == pytest.approx(CASE.robot.m, rel=0.01)
+    assert any("other rows than positions" in each for each in found.notes) == apart
+
+
+def test_torques_far_from_all_positions_are_no_torques():
+    empty = np.full_like(Q, np.nan)
+    log = {
+        "t": np.concatenate([T, T + 20.0]),
+        "q": np.concatenate([Q, empty]),
+        "tau": np.concatenate([empty, TAU]),
+    }
+    words = (
+        r"no row of the log has both positions and torques \(torques are in other rows.*12001 of"
+    )
+    with pytest.raises(ValueError, match=words):
+        fb.identify(ROBOT, log)
+    with pytest.raises(ValueError, match="no row of the log has both positions and torques"):
+        fb.identify(ROBOT, fb.from_log({"t": T, "q": Q}))
+
+
 def test_what_is_wrong_in_several_stretches_is_summed_up():
     tau = spoilt(TAU, 3000, 7000, 7001)
     keep = np.delete(np.arange(len(T)), slice(5000, 5100))

@@ -273,6 +273,45 @@ def test_rows_out_of_order_are_sorted_and_only_far_jumps_back_are_restarts():
     assert [cut.row for cut in found.cuts] == [50, 100]
 
 
+def test_torques_in_rows_of_their_own_are_those_of_rows_near_by():
+    """At 0.2 periods after every third position, up to a restart; a straight line in time."""
+    t = 0.01 * np.arange(40)
+    own = t[::3] + 0.002
+    empty = np.full((40, 2), np.nan)
+    log = {
+        "t": np.concatenate([t, own, t]),
+        "q": np.concatenate([np.stack([t, -t], axis=1), empty[: len(own)], empty + 0.0]),
+        "tau": np.concatenate([empty, np.stack([own, 1 - own], axis=1), empty]),
+    }
+    log["q"][len(t) + len(own) :] = 0.5
+    order = np.concatenate(
+        [np.argsort(log["t"][: len(t) + len(own)]), len(t) + len(own) + np.arange(40)]
+    )
+    found = read_log({name: values[order] for name, values in log.items()}, ROBOT)
+    near = np.flatnonzero(np.isfinite(found.tau).all(axis=1))
+    assert near.tolist() == list(range(0, 40, 3))
+    np.testing.assert_allclose(found.tau[near[1:]], np.stack([t, 1 - t], axis=1)[near[1:]])
+    assert found.notes[:2] == (
+        "torques are in other rows than positions: interpolated to rows near by",
+        "66 of 80 rows with positions have no torques",
+    )
+
+
+def test_torques_of_few_rows_are_put_on_a_grid_near_these():
+    t = 0.01 * np.arange(30) + 0.001 * np.sin(np.arange(30))
+    t[[0, -1]] = 0.0, 0.29
+    tau = np.stack([t, -t], axis=1)
+    tau[np.arange(30) % 5 != 0] = np.nan
+    even, pairs, _ = evenly(t, {"tau": tau}, 0.01)
+    known = np.isfinite(pairs["tau"]).all(axis=1)
+    assert np.flatnonzero(known).tolist() == list(range(0, 30, 5))
+    np.testing.assert_allclose(
+        pairs["tau"][known][:-1], np.stack([even, -even], axis=1)[known][:-1]
+    )
+    nothing = evenly(t, {"tau": np.full_like(tau, np.nan)}, 0.01)[1]["tau"]
+    assert np.isnan(nothing).all()
+
+
 def test_readings_that_close_the_loop_are_asked_for():
     signs = " is q1 with the wrong sign, or is q2 with the wrong sign? Then all rows close"
     assert other_readings(ROBOT, np.array([(-1.5, 1.65)]), -1) == signs

@@ -62,7 +62,7 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> RegressionR
         out = out[good]
         at = at[good]
         cover = out[..., -1]
-        keep = cover > 0.2
+        keep = cover > 0.2 * np.clip(cover.max(axis=0, initial=0.0), 1e-9, 1.0)
         scale = np.where(keep, 1 / np.sqrt(np.where(keep, cover, 1.0)), 0.0)
         parts.append((scale[..., None] * out[..., :-2], scale * out[..., -2], keep, t[at], cover))
         breaks.append(rows)

@@ -114,6 +114,11 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     _refuse_still(stretches, found.noise, robot)
     regressors = _regressors(motion, robot, assembly, least // 2, notes)
     torques = np.concatenate([pairs["tau"] for _, pairs in long])
+    if not np.isfinite(torques).any(axis=0).all():
+        raise ValueError(
+            f"no row of the log has both positions and torques ({'; '.join(log.notes)}): record"
+            " them together"
+        )
     lowest = np.nanmin(torques, axis=0)
     highest_tau = np.nanmax(torques, axis=0)
     pieces = []
@@ -158,6 +163,7 @@ def _even_stretches(log, held, notes):
         if held:  # the mean about each row
             tau = pairs["tau"]
             means = (tau[1:] + tau[:-1]) / 2
+            means = np.where(np.isfinite(means), means, tau[1:])
             pairs["tau"] = np.concatenate([tau[:1], means])
         t, pairs, distance = evenly(log.t[part], pairs, log.step)
         stretches.append((t, pairs))

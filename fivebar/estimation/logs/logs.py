@@ -264,12 +264,13 @@ def _clean(table: Columns, pairs, robot):
     if unnamed:
         notes.append(f"{', '.join(unnamed)}: no unit in the table, taken for SI units")
     rows = np.arange(len(t))
-    for good, why in (
-        (np.isfinite(t), "without a time"),
-        (np.isfinite(pairs["q"]).all(axis=1), "without both joints' positions"),
-    ):
-        rows = _leave_out(table, rows, ~good[rows], f"rows {why}", notes)
+    rows = _leave_out(table, rows, ~np.isfinite(t), "rows without a time", notes)
     rows = _in_order(table, rows, t[rows], notes)
+    placed = np.isfinite(pairs["q"]).all(axis=1)
+    if pairs["tau"] is not None and placed[rows].sum() > 1:
+        pairs["tau"] = _torques_of_rows(t, pairs["tau"], rows, placed, notes)
+    why = "rows without both joints' positions"
+    rows = _leave_out(table, rows, ~placed[rows], why, notes)
     again = np.diff(t[rows], prepend=np.nan) == 0
     rows = _leave_out(table, rows, again, "rows with the time of the row before", notes)
     if len(rows) < 2:
@@ -355,6 +356,35 @@ def _in_order(table, rows, t, notes):
     return rows[order]
 
 
+def _torques_of_rows(t, tau, rows, placed, notes):
+    """Return the torques (n, 2), also in rows that are near to other rows with torques alone."""
+    there = np.isfinite(tau[rows])
+    alone = there.any(axis=1) & ~placed[rows]
+    if alone.sum() > (there.all(axis=1) & placed[rows]).sum():
+        steps = np.diff(t[rows], prepend=t[rows[0]])
+        step = np.median(np.diff(t[rows][placed[rows]]))
+        clock = np.cumsum(np.where(steps < 0, 2 * LATE * step, steps))  # restarts are far off
+        tau = tau.copy()
+        for column in tau.T:
+            column[rows] = _near(clock, column[rows], clock, step)
+        notes.append("torques are in other rows than positions: interpolated to rows near by")
+    without = placed[rows] & ~np.isfinite(tau[rows]).all(axis=1)
+    if without.any():
+        notes.append(f"{without.sum()} of {placed[rows].sum()} rows with positions have no torques")
+    return tau
+
+
+def _near(t, column, at, step):
+    """Return a column (n,) at times near to rows that have it, nan at others."""
+    known = np.isfinite(column)
+    if not known.any():
+        return np.full(len(at), np.nan)
+    own = t[known]
+    nearest = own[np.rint(np.interp(at, own, np.arange(len(own)))).astype(int)]
+    is_far = np.abs(at - nearest) > LATE / 2 * step
+    return np.where(is_far, np.nan, np.interp(at, own, column[known]))
+
+
 def _cut(t, step, where, notes):
     """Return the Cuts; where time jumps back, move the later times on, in place."""
     cuts = []
@@ -402,11 +432,11 @@ def evenly(t: ndarray, pairs: Mapping[str, ndarray], step: float) -> tuple[ndarr
     lost = np.diff(t)[before] > LATE * step
     moved = {}
     for name, pair in pairs.items():
-        is_torque = name.startswith("tau")
-        if is_torque or not np.isfinite(pair).all():
+        if name.startswith("tau"):
+            moved[name] = np.stack([_near(t, column, even, step) for column in pair.T], axis=1)
+            moved[name][lost] = np.nan
+        elif not np.isfinite(pair).all():
             moved[name] = np.stack([np.interp(even, t, column) for column in pair.T], axis=1)
         else:
             moved[name] = CubicSpline(t, pair)(even)
-        if is_torque:
-            moved[name][lost] = np.nan
     return even, moved, distance
