@@ -218,7 +218,7 @@ def test_torques_of_every_fifth_row_are_enough(apart):
         order = np.argsort(np.concatenate([T, own["t"][some]]))
         log = {name: np.concatenate([log[name], own[name][some]])[order] for name in own}
     found = fb.identify(ROBOT, log)
-    assert "9600 of 12001 rows with positions have no torques" in found.notes
+    assert "9600 of 12001 rows with positions lack torques" in found.notes
     assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"}
     assert found.values["m"] == pytest.approx(CASE.robot.m, rel=0.01)
     assert any("other rows than positions" in each for each in found.notes) == apart
@@ -232,11 +232,11 @@ def test_torques_far_from_all_positions_are_no_torques():
         "tau": np.concatenate([empty, TAU]),
     }
     words = (
-        r"no row of the log has both positions and torques \(torques are in other rows.*12001 of"
+        r"no row of the log has positions and both torques \(torques are in other rows.*12001 of"
     )
     with pytest.raises(ValueError, match=words):
         fb.identify(ROBOT, log)
-    with pytest.raises(ValueError, match="no row of the log has both positions and torques"):
+    with pytest.raises(ValueError, match="no row of the log has positions and both torques"):
         fb.identify(ROBOT, fb.from_log({"t": T, "q": Q}))
 
 

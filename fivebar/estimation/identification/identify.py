@@ -63,6 +63,7 @@ def identify(
     log : Run, CSV or NPZ file, mapping of arrays, or a list of these
         Columns t, q1, q2, tau1, tau2, perhaps q1_dot, ... Torques of a simulated run are held from
         row to row. Others are those at their times, or held too if this fits the motion better.
+        Not all rows need torques; these may also be in rows of their own, near to those of q.
     validate : as log, optional
         A second run, whose torques are only predicted.
     unknown : sequence of str, optional

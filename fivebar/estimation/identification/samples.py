@@ -116,7 +116,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     torques = np.concatenate([pairs["tau"] for _, pairs in long])
     if not np.isfinite(torques).any(axis=0).all():
         raise ValueError(
-            f"no row of the log has both positions and torques ({'; '.join(log.notes)}): record"
+            f"no row of the log has positions and both torques ({'; '.join(log.notes)}): record"
             " them together"
         )
     lowest = np.nanmin(torques, axis=0)

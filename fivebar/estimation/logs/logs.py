@@ -31,7 +31,7 @@ from ...simulation.bags import JOINTS, is_bag, read_bag
 GAUGE_OF = {"counts": "counts_per_turn", "A": "torque_constant", "mA": "torque_constant"}
 TURN = 2 * np.pi  # rad
 LATE = 1.5  # sampling periods between two rows: from there on rows are missing
-RESTART = 20  # sampling periods: where time steps back by less, rows are only out of order
+RESTART = 10  # sampling periods: where time steps back by less, rows are only out of order
 SLOW = 0.2  # s: rows without a unit of time that are so far apart may be so many ms
 UNEVEN = 0.01  # sampling periods by which times may be off an even grid
 PAIRS = {
@@ -370,7 +370,7 @@ def _torques_of_rows(t, tau, rows, placed, notes):
         notes.append("torques are in other rows than positions: interpolated to rows near by")
     without = placed[rows] & ~np.isfinite(tau[rows]).all(axis=1)
     if without.any():
-        notes.append(f"{without.sum()} of {placed[rows].sum()} rows with positions have no torques")
+        notes.append(f"{without.sum()} of {placed[rows].sum()} rows with positions lack torques")
     return tau
 
 

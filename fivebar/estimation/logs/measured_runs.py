@@ -77,8 +77,8 @@ def from_log(
     Returns
     -------
     Run
-        Rows without a time or a position, gaps, restarts and jumps of whole turns are named in
-        `run.measured.notes`.
+        Rows without a time or a position or out of order, gaps, restarts and jumps of whole turns
+        are named in `run.measured.notes`.
 
     Raises
     ------
