@@ -10,9 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import UsageError
-from ..base.folders import locked_folder
 from ..base.tables import written
-from .options import TABLE, WORKING, add_options, named_values, print_json, usage_errors
+from .options import (
+    TABLE,
+    WORKING,
+    add_options,
+    named_values,
+    print_json,
+    usage_errors,
+    write_files,
+)
 from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = TABLE | {
@@ -75,9 +82,8 @@ def _measure_photo(arguments, drawn, folder):
     size = None if arguments.sides is None else 1e-3 * np.array(arguments.sides)
     with usage_errors(ValueError, OSError):
         points = crosses_in(imread(arguments.photo), drawn, arguments.from_drawing, size)
-    with locked_folder(folder):
-        drawn.points_to_csv(folder / "crosses.csv", points)
-    arguments.data = str(folder / "crosses.csv")
+    (table,) = write_files(folder, {"crosses.csv": lambda path: drawn.points_to_csv(path, points)})
+    arguments.data = str(table)
     arguments.unknown = arguments.unknown or [*DEFAULT, "x0", "y0", "turn"]
 
 
@@ -85,10 +91,9 @@ def _write_sheet(arguments, drawn, folder):
     """Write the test drawing and the table for the ruler, and say what to do with them."""
     from ..paths.placing.fitting_in import bounds
 
-    drawing, table = folder / "sheet.csv", folder / "distances.csv"
-    with locked_folder(folder):
-        drawn.drawing_to_csv(drawing)
-        drawn.distances_to_csv(table)
+    drawing, table = write_files(
+        folder, {"sheet.csv": drawn.drawing_to_csv, "distances.csv": drawn.distances_to_csv}
+    )
     x, y = bounds(drawn.path).mean(axis=0).round(6) + 0.0  # -0 is 0
     signs = " ".join(map(str, drawn.working))
     robot = f"--robot {arguments.robot}"
@@ -159,17 +164,25 @@ def _calibrate(arguments):
         print_json(_as_json(result, profiles))
     else:
         print(text)
-    if folder := arguments.out:
-        picture, table, words = (folder / f"calibration.{end}" for end in ("png", "json", "txt"))
-        files = [picture, table, words, folder / "robot.toml"]
-        with locked_folder(folder):
-            result.plot(picture)
-            result.to_json(table)
-            with written(words) as file:
-                file.write(text + "\n")
-            calibrated = replace(result.machine, constraints=machine.constraints)
-            calibrated.save(files[-1], result.sd, ("calibrated; SI units",))
+    if arguments.out:
+        calibrated = replace(result.machine, constraints=machine.constraints)
+        files = write_files(
+            arguments.out,
+            {
+                "calibration.png": result.plot,
+                "calibration.json": result.to_json,
+                "calibration.txt": lambda path: _write_text(path, text),
+                "robot.toml": lambda path: calibrated.save(
+                    path, result.sd, ("calibrated; SI units",)
+                ),
+            },
+        )
         print(*files, sep="\n", file=sys.stderr if arguments.json else sys.stdout)
+
+
+def _write_text(path, text):
+    with written(path) as file:
+        file.write(text + "\n")
 
 
 def _as_json(result, profiles):

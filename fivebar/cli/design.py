@@ -7,9 +7,8 @@ from argparse import _SubParsersAction
 from contextlib import nullcontext
 
 from ..base.errors import UsageError
-from ..base.folders import locked_folder
 from ..base.representation import aligned
-from .options import JSON, add_options, check_ending, named_values, print_json
+from .options import JSON, add_options, check_ending, named_values, print_json, write_files
 from .robot_options import add_robot_options, chosen_machine
 from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of
 
@@ -86,10 +85,8 @@ def _show(arguments, result):
     if arguments.out and is_front:
         result.save(arguments.out)
     elif arguments.out:
-        with locked_folder(arguments.out):
-            result.save(arguments.out / "design.json")
-            result.to_robot_file(arguments.out / "robot.json")
-            result.plot(arguments.out / "robot.png")
+        names = {"design.json": result.save, "robot.json": result.to_robot_file}
+        write_files(arguments.out, names | {"robot.png": result.plot})
     if arguments.plot:
         result.plot(arguments.plot)
     for path in filter(None, (arguments.out, arguments.plot)):

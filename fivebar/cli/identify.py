@@ -7,12 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..base.errors import UsageError
-from ..base.folders import locked_folder
-from .options import TABLE, add_options, option_of, print_json, used_options
+from .options import TABLE, add_options, option_of, print_json, used_options, write_files
 from .robot_options import add_robot_options, chosen_machine
 
 GAUGES = {
-    "counts_per_turn": "of an encoder, where q is in counts; negative where it counts the other way",
+    "counts_per_turn": (
+        "of an encoder, where q is in counts; negative where it counts the other way"
+    ),
     "gear_ratio": "turns of the motor for one of the joint",
     "offset": "of the joint beyond the encoder's zero, rad",
     "torque_constant": "of the motor for a unit of tau, N m",
@@ -62,14 +63,18 @@ def _identify(arguments):
         **_gauges(arguments, machine),
     )
     files = []
-    if folder := arguments.out:
-        files = [folder / name for name in ("robot.toml", "identification.json", "torques.png")]
-        with locked_folder(folder):
-            replace(machine, robot=result.robot).save(
-                files[0], result.sd, ("identified; SI units",)
-            )
-            result.to_json(files[1])
-            result.plot(files[2])
+    if arguments.out:
+        identified = replace(machine, robot=result.robot)
+        files = write_files(
+            arguments.out,
+            {
+                "robot.toml": lambda path: identified.save(
+                    path, result.sd, ("identified; SI units",)
+                ),
+                "identification.json": result.to_json,
+                "torques.png": result.plot,
+            },
+        )
     if arguments.json:
         print_json({**result.table, "files": files})
     else:

@@ -14,6 +14,7 @@ from typing import Any
 
 from ..base import units
 from ..base.errors import UsageError
+from ..base.folders import locked_folder
 from ..models.parameter_units import units_of
 
 FILES = {"DIR", "FILE", "FOLDER"}
@@ -185,6 +186,14 @@ def print_table(rows: Iterable[tuple[str, str]]) -> None:
     """Print names and values in two columns."""
     for name, value in rows:
         print(f"  {name:<20} {value}")
+
+
+def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> list[Path]:
+    """Write files into a folder of results, each by its function; return where they are."""
+    with locked_folder(folder):
+        for name, write in writers.items():
+            write(folder / name)
+    return [folder / name for name in writers]
 
 
 def print_files(files: Iterable[object]) -> None:

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..base.errors import SingularityError, UsageError
-from ..base.folders import locked_folder
 from ..models.geometry import igm
 from .options import (
     JSON,
@@ -22,6 +21,7 @@ from .options import (
     type_of,
     usage_errors,
     used_options,
+    write_files,
 )
 from .robot_options import add_robot_options, chosen_machine, peak_row, print_frames
 
@@ -170,13 +170,15 @@ def _written(arguments, machine, plan):
     """Return the plan's own table, its picture and its setpoints, in their folder."""
     from ..paths.setpoints import setpoints
 
-    files = [arguments.out / name for name in ("plan.csv", "plan.png", "setpoints.csv")]
-    with locked_folder(arguments.out):
-        plan.to_csv(files[0])
-        plan.plot(files[1], tool=machine.tool)
-        table = setpoints(machine.robot, plan, arguments.rate, tool=machine.tool)
-        table.to_csv(files[2], arguments.angles, machine)
-    return files
+    table = setpoints(machine.robot, plan, arguments.rate, tool=machine.tool)
+    return write_files(
+        arguments.out,
+        {
+            "plan.csv": plan.to_csv,
+            "plan.png": lambda path: plan.plot(path, tool=machine.tool),
+            "setpoints.csv": lambda path: table.to_csv(path, arguments.angles, machine),
+        },
+    )
 
 
 def _print(robot, figures):

@@ -79,9 +79,7 @@ def _run(arguments, options):
         from .mark import mark
 
         return mark(arguments, [*unknown, *rest])
-    names = [usage.split()[0].strip("-").replace("-", "_") for usage in OPTIONS]
-    values = {name: getattr(arguments, name) for name in names}
-    settings = json.dumps(values | {"exact": arguments.exact_acceleration})
+    settings = json.dumps(vars(arguments), default=str)
     environment = {**os.environ, "PYTHONHASHSEED": str(arguments.seed)}
     if not arguments.show:
         environment["MPLBACKEND"] = BACKEND

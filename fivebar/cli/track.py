@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import UsageError
-from ..base.folders import locked_folder
 from ..control.laws import PD, ComputedTorque
 from ..models.robots import FiveBar
 from ..planning.samples import from_csv
@@ -29,6 +28,7 @@ from .options import (
     type_of,
     usage_errors,
     used_options,
+    write_files,
 )
 from .robot_options import (
     add_robot_options,
@@ -143,7 +143,7 @@ def _track(arguments):
         controller = _controller(arguments, robot, reference, working, limits)
     saturation = limits.motors or limits.torque and limits.torque[0]
     figures, run = _tracked(robot, reference, controller, arguments.period, saturation, working)
-    files = [*_write(run, arguments.out)] if arguments.out else []
+    files = _write(run, arguments.out) if arguments.out else []
     if arguments.page:
         run.page(arguments.page)
         files.append(arguments.page)
@@ -198,12 +198,8 @@ def _compare(arguments):
     comparison = compare(runs)
     files = []
     if arguments.out:
-        files.append(arguments.out / "comparison.png")
-        with locked_folder(arguments.out):
-            comparison.plot(files[0])
-            for name, run in runs.items():
-                files.append(arguments.out / f"{name}.csv")
-                run.to_csv(files[-1])
+        tables = {f"{name}.csv": run.to_csv for name, run in runs.items()}
+        files = write_files(arguments.out, {"comparison.png": comparison.plot, **tables})
     if arguments.page:
         page(runs, arguments.page)
         files.append(arguments.page)
@@ -284,9 +280,5 @@ def _print_table(robot, figures):
 
 
 def _write(run, folder):
-    paths = folder / "run.csv", folder / "tracking.png", folder / "animation.html"
-    with locked_folder(folder):
-        run.to_csv(paths[0])
-        run.plot(paths[1])
-        run.animate(paths[2])
-    return paths
+    names = {"run.csv": run.to_csv, "tracking.png": run.plot, "animation.html": run.animate}
+    return write_files(folder, names)

@@ -2,6 +2,7 @@
 
 import io
 import json
+import random
 import sys
 import time
 from types import ModuleType, SimpleNamespace
@@ -13,11 +14,15 @@ from matplotlib.figure import Figure
 import fivebar as fb
 from fivebar.amoro.ros_free import (
     _confined,
+    child,
     clock,
     figures,
+    lenient,
     names,
     outputs,
+    parallel_robot,
     plot_tools,
+    rclpy,
     report,
     tracking,
 )
@@ -157,6 +162,8 @@ def test_a_confined_script_has_the_lab_and_nothing_else(confined):
     ended, _ = confined(SCRIPT, arguments=["delta"])
     assert ended.startswith("line 6: ValueError: Robot('delta'): the known ones are five_bar, ")
     assert confined("raise SystemExit(3)")[0] == 0.0
+    told = confined("raise ValueError(__name__ + __file__)\n")[0]
+    assert told == "line 1: ValueError: __main__mine.py"
     assert confined("1 / 0\n")[0] == "line 1: ZeroDivisionError: division by zero"
     assert confined("raise KeyError\n")[0] == "line 1: KeyError"
 
@@ -345,3 +352,97 @@ def test_the_labs_names_are_put_in_place(monkeypatch):
             names.Refusals().find_spec(name)
     assert names.Refusals().find_spec("launchpad") is None
     assert names.KeepBackend().find_spec("json") is None
+
+
+OPTIONS = {"real_time": False, "until": 1.0, "exact_acceleration": True, "lenient": False}
+
+
+@pytest.fixture
+def session(tmp_path, monkeypatch):
+    """A script's session in this process, whose world is put back afterwards."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(place, "world", None, raising=False)
+    monkeypatch.setattr(sys, "argv", [])
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setitem(sys.modules, "__main__", None)
+
+    def make(source, *rest, **options):
+        (tmp_path / "mine.py").write_text(source, encoding="utf-8")
+        return child.Session(OPTIONS | options, "mine.py", list(rest), None)
+
+    return make
+
+
+@pytest.mark.parametrize(
+    "source, code, said",
+    [
+        ("pass", 0, ""),
+        ("raise SystemExit", 0, ""),
+        ("raise SystemExit(0)", 0, ""),
+        ("raise SystemExit(3)", 3, ""),
+        ("raise SystemExit('too late')", 1, "too late\n"),
+        ("1 / 0", 1, "line 1, in <module>\n    1 / 0\n"),
+        ("import sys\nraise ValueError(sys.argv[1], __name__)", 1, "('own', '__main__')"),
+        ("raise KeyboardInterrupt", 130, "KeyboardInterrupt"),
+        (
+            "import numpy as np\nx = np.float(1)",
+            1,
+            "fivebar run: at mine.py, line 2: x = np.float(1)",
+        ),
+        ("import numpy as np\nx = np.float(1)", 1, "mend: write float (or run with --lenient"),
+    ],
+)
+def test_how_a_script_ends_is_the_code_of_its_session(source, code, said, session, capsys):
+    assert session(source, "own")._script() == code
+    printed = capsys.readouterr().err
+    assert said in printed if said else not printed
+    assert "ros_free" not in printed and (sys.argv == ["mine.py", "own"])
+
+
+def test_a_session_has_the_world_of_its_options(session, monkeypatch, capsys):
+    made = session("raise KeyboardInterrupt", until=0.25)
+    assert place.world is made.world and made.world.until == 25 and made.world.exact is True
+    assert isinstance(made.world.clock, clock.SimulatedClock)
+    made.world.interrupted = True  # by the runtime: the script may leave it to Python
+    assert made._script() == 0 and capsys.readouterr().err == ""
+    real = session(
+        "import fivebar.amoro.ros_free.world as w\nraise w.Stopped('slow')", real_time=True
+    )
+    assert isinstance(real.world.clock, clock.RealClock) and real._script() == 1
+    ended, where = capsys.readouterr().err.splitlines()
+    assert ended == "fivebar run: ended: slow" and where.endswith("line 2: raise w.Stopped('slow')")
+    # An older NumPy's reading of it is asked for by `lenient` alone.
+    older = compile("raise SystemExit(9)", "mine.py", "exec")
+    monkeypatch.setattr(child.old_numpy, "compiled", lambda source, file: older)
+    assert session("pass", lenient=True)._script() == 9 and session("pass")._script() == 0
+
+
+def test_the_names_and_numbers_of_a_script(tmp_path, monkeypatch, capsys):
+    installed = []
+    monkeypatch.setattr(names, "install", lambda: installed.append("names"))
+    monkeypatch.setattr(lenient, "install", lambda: installed.append("lenient"))
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    monkeypatch.setattr(outputs, "start", tmp_path)
+    monkeypatch.setattr(outputs, "folder", None)
+    monkeypatch.setattr(outputs, "stem", None)
+    state = random.getstate(), np.random.get_state()
+    drawn = []
+    options = {"plots": "windows", "show": False, "seed": 7, "lenient": True}
+    for more in ({}, {"show": True, "lenient": False}):
+        child.with_names(options | more, "folder/mine.py")
+        drawn.append((random.random(), np.random.random()))
+    random.setstate(state[0])
+    np.random.set_state(state[1])
+    assert drawn == [(random.Random(7).random(), np.random.RandomState(7).random())] * 2
+    assert (outputs.folder, outputs.stem) == (tmp_path / "windows", "mine")
+    assert installed == ["names", "lenient", "names"]
+    assert isinstance(sys.meta_path[0], names.KeepBackend)
+    assert not isinstance(sys.meta_path[1], names.KeepBackend)
+    said = "fivebar run: lenient: arrays of one element pass for numbers, as they did in an older NumPy"
+    assert capsys.readouterr().err.splitlines() == [said]
+
+
+def test_a_robot_before_ros_is_refused(monkeypatch):
+    monkeypatch.setattr(rclpy, "_initialised", False)
+    with pytest.raises(RuntimeError, match=r"Robot\('biglide'\)"):
+        parallel_robot.Robot("biglide")

@@ -225,7 +225,7 @@ def test_run_starts_the_script_with_its_own_words(tmp_path, monkeypatch):
 
     def reached(command, env, pass_fds):
         assert command[-4:] == ["mine.py", "--own", "x", "--plot"]
-        assert '"until": 3.0' in command[-5] and '"exact": true' in command[-5]
+        assert '"until": 3.0' in command[-5] and '"exact_acceleration": true' in command[-5]
         assert env["PYTHONHASHSEED"] == "7" and "MPLBACKEND" in env
         raise Reached
 

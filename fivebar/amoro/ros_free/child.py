@@ -63,7 +63,9 @@ class Session:
         self.options, self.path, self.rest, self.for_data = options, path, rest, for_data
         self.file, self.folder = os.path.join(os.getcwd(), path), Path(path).resolve().parent
         clock = RealClock() if options["real_time"] else SimulatedClock()
-        self.world = place.world = World(options["until"], clock, options["exact"], self.give_up)
+        self.world = place.world = World(
+            options["until"], clock, options["exact_acceleration"], self.give_up
+        )
         self.hanging, self.done = None, False
 
     def run(self):

@@ -43,7 +43,7 @@ def _dropped(name):
 
 def _statement(frame, line):
     """Return the smallest statement of the frame's source that holds the line."""
-    source = "".join(linecache.getlines(frame.f_code.co_filename, frame.f_globals))
+    source = "".join(linecache.getlines(frame.f_code.co_filename))
     holding = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.stmt) and node.lineno <= line <= node.end_lineno:
