@@ -96,7 +96,7 @@ def test_priors_are_advised_by_the_scatter_where_sigma_is_not_given(rough):
         f"7 unknowns: the robot is expected to go where it should more exactly with --prior {words}, or"
         in (report(rough))
     )
-    assert f"more exactly with --sigma {relative.rms:.2g} --prior l11=" in report(relative)
+    assert f"more exactly with --sigma {scatter:.2g} --prior l11=" in report(relative)
 
 
 def rows_with(numbers):

@@ -774,7 +774,7 @@ CASES = {
         words=(
             "a mistake in data",
             "mistakes in data",
-            "its modes are not noted",
+            "no mode is noted",
             "does not close",
             "the open file",
             "no five-bar fits",

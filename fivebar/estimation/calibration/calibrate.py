@@ -41,9 +41,10 @@ from .fit import (
 )
 from .measured_robot import LENGTHS, PLACE, UNKNOWNS, length_ok, place, sizes, values_of
 from .mistakes import CHECKED, find_mistakes
+from .report import LESS
 from .result import Calibration
 from .rows import rows_of
-from .starts import begin
+from .starts import begin, rows_far_off
 
 TURNED = "offset1", "offset2", "turn"
 FAR = 0.05  # of a bar: who measures misses by less
@@ -177,9 +178,9 @@ def calibrate(
     near[found_angles] = p[found_angles]
     task = replace(task, start=near)
     assembly, uncertain = assembly_modes(p, task.rows)
-    if lost := _names_of(task.rows, assembly == 0):
+    if lost := task.rows.named(assembly == 0):
         raise ValueError(
-            f"{lost}: its modes are not noted, and no measured point tells them: add columns"
+            f"{lost}: no mode is noted, and no measured point tells it: add columns"
             " assembly, or working1 and working2"
         )
     scatter = 1.0 if absolute else robust_scatter(task, p, assembly)
@@ -191,14 +192,14 @@ def calibrate(
         fitted, p, held = _fit(task, first, assembly, None if absolute else scatter)
     task = fitted
     if mistakes != "keep":
-        _refuse_far_misses(task, p, assembly)
+        _refuse_far_misses(task, p, p0, assembly)
         _refuse_unchecked_lengths(task, p)
     at = place(p, task.rows.q, assembly)
     sines = np.nan_to_num(np.column_stack([at.sines, at.det]))
     other = (task.rows.modes * sines > CLEAR).any(axis=1)
     if other.any() and mistakes != "keep":
         raise ValueError(
-            f"{_names_of(task.rows, other)}: the fitted robot is in other modes there than noted:"
+            f"{task.rows.named(other)}: the fitted robot is in other modes there than noted:"
             " give values to begin with (start), or put the modes right"
         )
     turns = [k for k in free if UNKNOWNS[k] in TURNED]
@@ -208,7 +209,7 @@ def calibrate(
         notes.append(
             f"so few rows do not show a wrong unit, sign or mode: {CHECKED} rows or more do"
         )
-    if names := _names_of(task.rows, uncertain):
+    if names := task.rows.named(uncertain):
         notes.append(f"assembly mode uncertain, the nearer one was taken: {names}")
     found = Calibration(
         nominal=robot,
@@ -320,12 +321,22 @@ def _prior(priors, unknown, size, absolute):
     return result
 
 
-def _refuse_far_misses(task, p, assembly):
-    """Refuse a fit that is none: its misses are of another size than errors of measurement."""
+def _refuse_far_misses(task, p, start, assembly):
+    """Refuse a fit that is none: its misses are of another size than errors of measurement.
+
+    start: the values that the search began with.
+    """
     off, _ = residuals(p, task.rows, assembly, derive=False)
     missed = np.sqrt(np.mean(off**2)) if task.loss == "linear" else np.median(np.abs(off))
     size = task.bar * p[PLACE["scale"]]
     if missed > max(FAR * size, 4 * task.sigma):
+        bad, far = rows_far_off(task, start)
+        if far < FAR * size:
+            raise ValueError(
+                f"{task.rows.named(bad)}: off all other rows, by more than {1e3 * far:.3g} mm. Are"
+                f" they mistyped? Put them right or {LESS}. mistakes='keep' (--mistakes keep) takes"
+                " all rows as they are"
+            )
         raise ValueError(
             f"no robot with these unknowns fits: the best one misses by {1e3 * missed:.3g} mm,"
             f" {missed / size:.0%} of a bar. Are q1, q2 in degrees, x, y in mm (units=, --units"
@@ -357,10 +368,6 @@ def _with_possible_lengths(task):
         low, high = bounds.get(name, (-np.inf, np.inf))
         bounds[name] = (max(low, 0.0 if name == "d" else 1e-6), high)
     return replace(task, bounds=bounds)
-
-
-def _names_of(rows, chosen):
-    return ", ".join(rows.where[k] for k in np.flatnonzero(chosen))
 
 
 def _fit(task, p, assembly, scatter):
@@ -397,7 +404,12 @@ def _reaching(task, p, assembly):
         kept[len(kept) - len(far) :] &= ~out[task.rows.to[far]]
         part = replace(task, rows=near, weight=task.weight[kept])
         p = solve(part, p, assembly[~out])[0]
+    frame = ""
+    if not {"x0", "y0", "turn"} & set(task.names):
+        frame = (
+            " Or is the measuring frame another than the robot's: are x0, y0, turn unknown, too?"
+        )
     raise ValueError(
-        f"{_names_of(task.rows, out)}: with these angles the robot that fits the other rows does"
-        " not close: a wrong reading?"
+        f"{task.rows.named(out)}: with these angles the robot that fits the other rows does"
+        f" not close: a wrong reading?{frame}"
     )

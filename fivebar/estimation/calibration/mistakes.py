@@ -24,6 +24,7 @@ from .starts import (
     doubt,
     first,
     median_error,
+    misfit,
     radians_per_count,
     turned,
 )
@@ -76,7 +77,7 @@ def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]
     found: list[str] = []
     limit = max(SUSPECT * task.bar, 5 * task.sigma)
     p = begin(task, far=False)
-    if doubt(task, p) >= limit and not _fits_as_measured(task, p):
+    if misfit(task, p) >= limit and not _fits_as_measured(task, p):
         readings = READINGS | _counts(task)
         one = {(words,): [change] for words, change in (POINTS | readings).items()}
         two: dict[tuple, list] = {}
@@ -91,7 +92,7 @@ def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]
             if pair[0] in READINGS and all(" in " in words for words in pair)
         }
         for changes, far in ((one, True), (units, True), (two, False)):
-            if not found and doubt(task, p) >= limit:
+            if not found and misfit(task, p) >= limit:
                 found, mended, end = _wrong_columns(task, p, changes, far)
         if found:
             task = mended
@@ -177,7 +178,7 @@ def _counts(task):
 def _wrong_modes(task, p):
     """Return the rows whose modes are others than they note, and the task with the right ones."""
     rows = task.rows
-    if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * task.sigma):
+    if misfit(task, p) > max(4 * SUSPECT * task.bar, 20 * task.sigma):
         return ([], task)  # of what fits nothing no modes are known
     sines = np.nan_to_num(sines_at(p, rows.q, rows.points))
     off = np.full(len(rows), np.inf)

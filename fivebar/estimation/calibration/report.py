@@ -12,6 +12,7 @@ from .measured_robot import PLACE, UNITS
 if TYPE_CHECKING:
     from .result import Calibration
 
+LESS = 'leave them out of the data, or count them less (loss="cauchy", --loss cauchy)'
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
 
 
@@ -32,10 +33,13 @@ def report(found: Calibration) -> str:
     if found.outliers:
         rows = (f"{where} (p = {p:.1g})" for where, p in found.outliers.items())
         lines += ["", f"off all other rows: {', '.join(rows)}"]
+        if found.loss == "linear":
+            lines.append(f"if these are mistakes, {LESS}")
     notes = list(found.notes)
     if advised := found.advised_priors:
         words = " ".join(f"{name}={1e3 * sd:.2g}mm" for name, sd in advised.items())
-        sigma = "" if found.absolute else f"--sigma {found.rms:.2g} "
+        scatter = np.sqrt(found.variance) / np.median(found.weight)
+        sigma = "" if found.absolute else f"--sigma {scatter:.2g} "
         notes.insert(
             0,
             f"these are too few or too rough data for {len(found.unknown)} unknowns: the robot is"

@@ -347,7 +347,8 @@ class Calibration(Plotted):
     @cached_property
     def advised_priors(self) -> dict[str, float]:
         """{length: standard deviation about its start, m}: with these priors the robot is expected
-        to go more exactly where it should. {} where they count for less than one length.
+        to go more exactly where it should. {} where they count for less than one length, where the
+        data do not show that lengths differ from their start, and where rows are outlying.
 
         One deviation is taken for all unknown lengths, the most probable one given the data: with
         e the weighted errors at the start and s the singular values of their derivatives by the
@@ -360,7 +361,7 @@ class Calibration(Plotted):
         MacKay: Bayesian interpolation, Neural Computation 4, 1992.
         """
         lengths = [k for k, name in enumerate(self.unknown) if name in LENGTHS]
-        if not (lengths and 0 < self.variance < np.inf) or self.prior.any():
+        if not (lengths and 0 < self.variance < np.inf) or self.prior.any() or self.outliers:
             return {}
         off, jacobian = self._residuals
         jacobian = jacobian / np.sqrt(self.variance)
@@ -379,7 +380,7 @@ class Calibration(Plotted):
         misfit = (left.T @ e) ** 2 / (1 + growth) + np.log1p(growth)
         best = int(misfit.sum(axis=1).argmin())
         told = float((growth[best] / (1 + growth[best])).sum())
-        if told > len(s) - 1:
+        if best == 0 or told > len(s) - 1:
             return {}
         deviation = float(DEVIATIONS[best] * self.sizes[lengths[0]])
         return dict.fromkeys([self.unknown[k] for k in lengths], deviation)

@@ -14,6 +14,7 @@ from ...base.headings import Quantity
 from ...base.tables import FilePath, named
 from ...base.units import COUNTS, METRES, NO_UNIT, RADIANS
 
+NAMED = 12  # rows that a message names
 MODES = "working1", "working2", "assembly"
 ANGLE = RADIANS | COUNTS
 WANTED = {
@@ -104,6 +105,15 @@ class MeasuredRows:
         row, axis, far = self.measured
         return np.concatenate([self.points[row, axis], self.distance[far]])
 
+    def named(self, chosen: ndarray) -> str:
+        """Return what a message calls rows (n,) bool, of many the first ones; "" for none."""
+        if len(self) > NAMED and np.all(chosen):
+            return f"all {len(self)} rows"
+        places = np.flatnonzero(chosen)
+        words = [self.where[k] for k in places[:NAMED]]
+        more = len(places) - NAMED
+        return ", ".join(words) + (f" and {more} more" if more > 0 else "")
+
     def without(self, out: ndarray) -> MeasuredRows:
         """Return the rows but those (n,) bool; a distance to one of these is left out, too."""
         kept = np.flatnonzero(~out)
@@ -185,7 +195,7 @@ def _without_useless(rows):
     notes = list(rows.notes)
     for out, why in ((blind, "without q1 or q2"), (empty, "without x, y or distance")):
         if out.any():
-            notes.append(f"left out, {why}: {', '.join(np.array(rows.where)[out])}")
+            notes.append(f"left out, {why}: {rows.named(out)}")
     rows = replace(rows.without(blind | empty), notes=tuple(notes))
     if not len(rows.numbers):
         reasons = "; ".join(notes) or "neither x, y nor distance"

@@ -13,6 +13,7 @@ from .fit import LeastSquares, noted_assembly
 from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, tip, unframe
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
+OFF = 15  # times the median miss: so far off is a mistake
 TURNS = np.arange(0, 2 * np.pi, np.pi / 4)  # at which what may be turned begins
 SETTLED = 6  # of such starts, the best, from which least squares begin
 MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
@@ -32,7 +33,10 @@ def begin(task: LeastSquares, far: bool = True) -> ndarray:
         return few
     if task.rows.whole.sum() < 3:
         return task.start.copy()
-    best = settled(task, first(task))
+    start = first(task)
+    best = settled(task, start)
+    if doubt(task, best) > SUSPECT * task.bar:  # a few rows may be far off
+        best = _least_doubtful(task, [best, settled(task, start, loss="cauchy")])
     near = _counted, _turned_frames
     for starts in (*near, turned) if far else near:
         if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
@@ -55,6 +59,18 @@ def _least_doubtful(task, tried):
     return min(tried, key=lambda p: doubt(task, p))
 
 
+def rows_far_off(task: LeastSquares, start: ndarray) -> tuple[ndarray, float]:
+    """Return which rows (n,) the legs miss by far more than the others do, and from what distance
+    on, m.
+    """
+    rows = task.rows
+    p = settled(task, start, loss="cauchy")
+    off = np.zeros(len(rows))
+    off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T)
+    far = OFF * median_error(task, p)
+    return off > far, far
+
+
 def median_error(task: LeastSquares, p: ndarray) -> float:
     """Return the median distance by which the legs miss the whole points, m; inf for nan."""
     rows = task.rows
@@ -62,23 +78,28 @@ def median_error(task: LeastSquares, p: ndarray) -> float:
     return float(np.nan_to_num(np.median(np.hypot(*off.T)), nan=np.inf))
 
 
-def doubt(task: LeastSquares, p: ndarray) -> float:
-    """Return `median_error` with penalties, by which starts are compared.
-
-    The penalties are for lengths far from the start's (no five-bar is built so wrong), and for
-    points in one place: a robot without cranks would reach these at all angles.
+def misfit(task: LeastSquares, p: ndarray) -> float:
+    """Return `median_error` and a penalty for lengths far from the start's, m: no five-bar is built
+    so wrong.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.abs(np.log(p[:5] / task.start[:5]))
     change = change[task.start[:5] > 0]
     strange = task.bar * np.maximum(np.nan_to_num(change, nan=np.inf) - 0.4, 0.0).max()
+    return float(median_error(task, p) / p[PLACE["scale"]] + strange)
+
+
+def doubt(task: LeastSquares, p: ndarray) -> float:
+    """Return `misfit` with a penalty for points in one place, by which starts are compared: a robot
+    without cranks would reach these at all angles.
+    """
     points = as_pairs(unframe(p, as_complex(task.rows.points[task.rows.whole])))
     spread = np.std(points, axis=0).max()
     crowded = max(1.0, 0.5 * task.bar / max(spread, 1e-300))
-    return (median_error(task, p) / p[PLACE["scale"]] + strange) * crowded
+    return misfit(task, p) * crowded
 
 
-def settled(task: LeastSquares, p: ndarray) -> ndarray:
+def settled(task: LeastSquares, p: ndarray, loss: str = "soft_l1") -> ndarray:
     """Return robust least squares of the legs' errors from these values, weakly held to them."""
     rows = task.rows
     bar = task.bar
@@ -107,7 +128,7 @@ def settled(task: LeastSquares, p: ndarray) -> ndarray:
         off,
         np.zeros(count),
         slope,
-        loss="soft_l1",
+        loss=loss,
         f_scale=1e-3,  # a leg that misses by more is no noise, and weighs less
         max_nfev=60,
     )
