@@ -72,7 +72,7 @@ def test_advised_priors_are_the_most_probable(names, spread):
     data = few_rough_points(spread)
     found = fb.calibrate(LAB, data, names, sigma=SIGMA, mistakes="keep")
     errors, slopes = seen_lengths(found)
-    tried = np.geomspace(1e-5, 1.0, 101) * 0.09
+    tried = np.geomspace(1e-3, 1.0, 61) * 0.09
     best = max(tried, key=lambda each: evidence(errors, slopes, each))
     growth = (best * np.linalg.svd(slopes, compute_uv=False)) ** 2
     lengths = [name for name in names if name in LENGTHS]

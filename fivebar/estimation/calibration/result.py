@@ -38,7 +38,8 @@ from .outliers import leave_one_out_error, outlying_rows
 from .profile import profile
 from .rows import MeasuredRows
 
-DEVIATIONS = np.geomspace(1e-5, 1.0, 101)  # of lengths beforehand, in mean bars
+# Of lengths beforehand, in mean bars: no workshop's tolerance is below a thousandth.
+DEVIATIONS = np.geomspace(1e-3, 1.0, 61)
 EXACT = 1e-12  # of a mean bar: smaller misses are rounding
 KIND = "calibration of a five-bar"
 
@@ -347,8 +348,8 @@ class Calibration(Plotted):
     @cached_property
     def advised_priors(self) -> dict[str, float]:
         """{length: standard deviation about its start, m}: with these priors the robot is expected
-        to go more exactly where it should. {} where they count for less than one length, where the
-        data do not show that lengths differ from their start, and where rows are outlying.
+        to go more exactly where it should. {} where they count for less than one length, or where
+        rows are outlying.
 
         One deviation is taken for all unknown lengths, the most probable one given the data: with
         e the weighted errors at the start and s the singular values of their derivatives by the
@@ -380,7 +381,7 @@ class Calibration(Plotted):
         misfit = (left.T @ e) ** 2 / (1 + growth) + np.log1p(growth)
         best = int(misfit.sum(axis=1).argmin())
         told = float((growth[best] / (1 + growth[best])).sum())
-        if best == 0 or told > len(s) - 1:
+        if told > len(s) - 1:
             return {}
         deviation = float(DEVIATIONS[best] * self.sizes[lengths[0]])
         return dict.fromkeys([self.unknown[k] for k in lengths], deviation)
