@@ -10,7 +10,7 @@ import fivebar as fb
 from fivebar.estimation.identification import exciting
 from fivebar.estimation.identification.dependent_columns import any_motion
 from fivebar.estimation.identification.exciting import _best, _Search
-from fivebar.estimation.identification.filtering import RegressionRows
+from fivebar.estimation.identification.filtering import RegressionRows, filtered
 from fivebar.estimation.identification.identify import (
     _impossible,
     _joined,
@@ -23,9 +23,10 @@ from fivebar.estimation.identification.identify import (
 )
 from fivebar.estimation.identification.regression import RegressionFit, fit
 from fivebar.estimation.identification.regressor import linear_names, regressor
-from fivebar.estimation.identification.samples import Samples, noise_gain
+from fivebar.estimation.identification.samples import Samples
 from fivebar.estimation.identification.suspicions import _noise, _suspicions, beyond_the_model
 from fivebar.estimation.logs import replays
+from fivebar.estimation.logs.derivatives import derivatives
 from fivebar.estimation.logs.logs import Log
 from fivebar.estimation.logs.replays import _by_torques, _reference_through, _stretches
 
@@ -51,9 +52,10 @@ def sample_of(rng, n=3000, step=1e-3, cutoff=15.0, delay=0.0, noise=0.0, wrong=0
     tau = regressor(ROBOT, *motion(t - delay), -1) @ theta
     tau = tau + noise * rng.normal(size=(n, 2)) + wrong * np.sin(9 * t)[:, None]
     counts = np.ones((n, 2), bool)
-    sample = Samples(
-        ROBOT, [(t, W, tau, counts)], [own], step, cutoff, (q_noise, 2 * q_noise), (), -1
-    )
+    drawn = derivatives(rng.normal(size=(n, 2)) * [q_noise, 2 * q_noise], step, cutoff)
+    noisy = [values + np.nan_to_num(noise) for values, noise in zip(own, drawn)]
+    changes = [regressor(ROBOT, *noisy, -1) - W]
+    sample = Samples(ROBOT, [(t, W, tau, counts)], [own], changes, step, cutoff, (), -1)
     return sample, theta
 
 
@@ -81,7 +83,7 @@ def test_a_model_that_is_whole_has_nothing_to_tell():
 def test_what_the_model_misses_is_compared_with_the_noise_of_the_log():
     sample, theta = sample_of(np.random.default_rng(3), noise=1e-4, wrong=5e-3)
     notes, last = told(sample, theta)
-    times = last.sigma / _noise(ROBOT, sample)
+    times = last.sigma / _noise(sample, theta)
     words = f"what the model misses is {times[0]:.3g} and {times[1]:.3g} times the noise"
     assert times.min() > 3 and any(words in each for each in notes)
     far, theta = sample_of(np.random.default_rng(3), wrong=0.5)
@@ -95,25 +97,23 @@ def test_what_the_model_misses_is_compared_with_the_noise_of_the_log():
 
 @pytest.mark.parametrize("noise, q_noise", [(3e-3, 1e-9), (0.0, 2e-6), (1e-3, 1e-6)])
 def test_the_noise_of_a_row_is_of_torques_and_encoders(noise, q_noise):
-    """By the mass matrix at the poses, and the gain of the filter for white noise."""
-    sample, _ = sample_of(np.random.default_rng(4), noise=noise, q_noise=q_noise)
+    """By the mass matrix at the poses, and the gains of the filters for white noise."""
+    sample, theta = sample_of(np.random.default_rng(4), noise=noise, q_noise=q_noise)
     q = sample.motion[0][0][::30]
     still = fb.dkm(fb.dgm(ROBOT, q), np.zeros_like(q))
     columns = []
     for unit in np.eye(2):
         columns.append(fb.inverse_dynamics(fb.dkm2(still, np.broadcast_to(unit, q.shape))))
     M = np.stack(columns, axis=2)
-    by_q = np.array([1.0, 2.0]) * q_noise * noise_gain(1e-3, 15.0)
-    expected = np.hypot(noise * sample.rows.gain, np.sqrt((M**2).mean(axis=0)) @ by_q)
-    assert _noise(ROBOT, sample) == pytest.approx(expected, rel=0.06)
-
-
-def test_noise_gains_are_those_of_a_low_pass():
-    """White noise of 1 in q has the density 2 step; its acceleration, that times (2 pi f)^4."""
-    step, cutoff = 1e-3, 30.0
-    f = np.linspace(0.0, cutoff, 20001)
-    power = np.trapezoid(2 * step * (2 * np.pi * f) ** 4, f)
-    assert noise_gain(step, cutoff) == pytest.approx(np.sqrt(power), rel=1e-6)
+    white = np.random.default_rng(5).normal(size=(90_000, 2))
+    accelerations = derivatives(white, 1e-3, 15.0)[2]
+    known = np.isfinite(accelerations)
+    t = 1e-3 * np.arange(len(white))
+    rows = filtered([(t, accelerations[..., None], accelerations, known)], 1e-3, 15.0)
+    gain = rows.tau.std()
+    by_q = np.array([1.0, 2.0]) * q_noise * gain
+    expected = np.hypot(noise * sample.rows.gain, np.sqrt((M**2).mean(axis=0) @ by_q**2))
+    assert _noise(sample, theta) == pytest.approx(expected, rel=0.12)
 
 
 def test_suspicions_change_one_thing_each():
@@ -158,16 +158,14 @@ def test_rows_of_several_logs_are_joined_without_the_known():
     found = []
     for n, breaks in ((5, (0, 3)), (4, (0, 1, 2))):
         W = rng.normal(size=(n, 2, 3))
-        found.append(
-            SimpleNamespace(
-                rows=rows_of(W, rng.normal(size=(n, 2)), np.ones((n, 2), bool), breaks=breaks)
-            )
-        )
+        rows = rows_of(W, rng.normal(size=(n, 2)), np.ones((n, 2), bool), breaks=breaks)
+        found.append(SimpleNamespace(rows=replace(rows, change=2 * W)))
     known = np.array([1.0, 0.0, -2.0])
     joined = _joined(found, known)
     assert joined.breaks == (0, 3, 5, 6, 7) and joined.gain == 0.3
     expected = np.concatenate([each.rows.tau - each.rows.W @ known for each in found])
     assert joined.tau == pytest.approx(expected)
+    assert np.array_equal(joined.change, 2 * joined.W)
     assert len(joined.W) == len(joined.t) == len(joined.cover) == 9
     counts = np.array([[True, False], [True, True]])
     shown = _shown(
@@ -210,7 +208,12 @@ def test_a_second_run_is_predicted_by_the_first():
 
 def fit_of(theta, sd):
     return RegressionFit(
-        np.array(theta), np.diag(np.array(sd) ** 2), np.zeros((0, 2)), np.ones(2), 0.0
+        np.array(theta),
+        np.diag(np.array(sd) ** 2),
+        np.zeros((0, 2)),
+        np.ones(2),
+        0.0,
+        np.zeros(len(theta)),
     )
 
 

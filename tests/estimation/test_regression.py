@@ -1,7 +1,7 @@
 """Parts of the regression against sums written out: filtered rows, weights, models, bodies."""
 
+from dataclasses import replace
 from itertools import combinations
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +11,6 @@ from scipy.signal import lfilter
 import fivebar as fb
 from fivebar.estimation.identification.bodies import consistent
 from fivebar.estimation.identification.filtering import RegressionRows, at_limit, filtered, spikes
-from fivebar.estimation.identification.noisy_columns import bias
 from fivebar.estimation.identification.regression import (
     RegressionFit,
     fit,
@@ -21,8 +20,6 @@ from fivebar.estimation.identification.regression import (
     spread,
     triangle,
 )
-from fivebar.estimation.identification.regressor import linear_names, regressor
-from fivebar.estimation.identification.samples import noise_gain
 
 ROBOT = fb.FiveBar()
 STEP, CUTOFF = 2e-3, 10.0
@@ -245,9 +242,10 @@ def test_prices_and_the_spread_of_what_was_kept():
         np.zeros((0, 2)),
         np.ones(2),
         0.0,
+        np.zeros(3),
     )
     last = RegressionFit(
-        np.array([1.5, 12.0]), np.diag([1.0, 8.0]), np.zeros((0, 2)), np.ones(2), 0.0
+        np.array([1.5, 12.0]), np.diag([1.0, 8.0]), np.zeros((0, 2)), np.ones(2), 0.0, np.zeros(2)
     )
     found = spread(full, [0, 1], last)
     # The first moved by 0.5, the second by 10.
@@ -323,42 +321,34 @@ def test_bars_that_bodies_can_have_are_the_nearest_ones():
     assert cost(found) == pytest.approx(answer.fun, rel=2e-2)
 
 
-def test_a_bias_by_noise_is_what_noisy_accelerations_make():
-    names = linear_names(ROBOT)
-    columns = [names.index(name) for name in ("zz1", "zz2", "m")]
-    theta = np.array([2e-3, 1e-3, 0.5])
-    rng = np.random.default_rng(9)
-    n = 120
-    xi = rng.uniform((-0.05, 0.09), (0.05, 0.13), (n, 2))
-    q = fb.igm(ROBOT, xi).q
-    rates = rng.normal(size=(n, 2))
-    accelerations = 3.0 * rng.normal(size=(n, 2))
-    noise = np.array([1e-4, 3e-4])
-    step, cutoff = 1e-3, 20.0
-    deviation = noise * noise_gain(step, cutoff)
-    sigma = np.array([0.01, 0.02])
-    counts = np.ones((n, 2), bool)
-    W = regressor(ROBOT, q, rates, accelerations, -1)[:, :, columns]
-    flat = (W / sigma[:, None]).reshape(-1, 3)
-    cov = np.linalg.inv(flat.T @ flat)
-    full = RegressionFit(theta, cov, np.zeros((n, 2)), sigma, 0.0)
-    sample = SimpleNamespace(
-        robot=ROBOT,
-        assembly=-1,
-        noise=noise,
-        step=step,
-        cutoff=cutoff,
-        pieces=[(None, None, None, counts)],
-        motion=[(q, rates, accelerations)],
-        rows=SimpleNamespace(counts=counts),
-    )
-    found = bias([sample], columns, full)
-    offs = []
-    for _ in range(100):
-        wrong = accelerations + rng.normal(size=(n, 2)) * deviation
-        noisy = regressor(ROBOT, q, rates, wrong, -1)[:, :, columns]
-        change = ((noisy - W) / sigma[:, None]).reshape(-1, 3)
-        offs.append(cov @ (change.T @ change) @ theta)
-    expected = np.abs(np.mean(offs, axis=0)) / np.sqrt(np.diag(cov))
-    assert found == pytest.approx(expected, rel=0.15)
-    assert bias([sample, sample], columns, full) == pytest.approx(2 * found)
+@pytest.mark.parametrize("neighbours", [-0.7, 0.5])
+def test_what_noise_in_the_columns_takes_comes_back_and_counts_in_the_deviations(neighbours):
+    """The noise of columns is of neighbours that cancel or are alike, and makes most of the torques'."""
+    rng = np.random.default_rng(10)
+    n, theta = 600, np.array([1.0, -2.0])
+    phases = np.arange(n)[:, None, None] * [0.09, 0.1] + [[0.0, 1.0], [2.0, 0.5]]
+    W = np.sin(phases)
+    ones = np.ones((n, 2), bool)
+
+    def drawn():
+        white = rng.normal(size=(n + 20, 2, 2)) * 0.25
+        return lfilter([1.0], [1.0, -neighbours], white, axis=0)[20:]
+
+    errors, plain, bent = [], [], []
+    for _ in range(60):
+        tau = W @ theta + 0.1 * rng.normal(size=(n, 2))
+        t = np.arange(n * 1.0)
+        rows = RegressionRows(W + drawn(), tau, ones, t, ones * 1.0, (0,), 1.0, drawn())
+        found = fit(rows, [0, 1])
+        uncorrected = fit(replace(rows, change=None), [0, 1])
+        errors.append((found.theta - theta) / np.sqrt(np.diag(found.cov)))
+        plain.append((uncorrected.theta - theta) / np.sqrt(np.diag(uncorrected.cov)))
+        bent.append(found.bias)
+        moved = found.theta - uncorrected.theta
+        assert np.abs(moved) / found.bias == pytest.approx(np.sqrt(np.diag(uncorrected.cov)))
+        assert found.cov == pytest.approx(uncorrected.cov + np.outer(moved, moved))
+        assert not uncorrected.bias.any()
+    assert np.abs(np.mean(plain, axis=0)).min() > 1.0
+    assert (np.abs(errors) < 1.96).mean() > 0.95
+    assert np.abs(np.mean(errors, axis=0)).max() < 0.5 * np.abs(np.mean(plain, axis=0)).min()
+    assert np.mean(bent, axis=0) == pytest.approx(np.abs(np.mean(plain, axis=0)), rel=0.4)

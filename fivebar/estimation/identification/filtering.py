@@ -25,7 +25,8 @@ class RegressionRows:
 
     W (n, 2 motors, p); tau (n, 2) N m; counts (n, 2) bool: what is used; t (n,) s; cover (n, 2):
     the weight of the samples that count, by whose root both sides are divided, so that all rows are
-    as noisy; breaks: first row of each piece; gain: of white noise from a sample to a row.
+    as noisy; breaks: first row of each piece; gain: of white noise from a sample to a row; change
+    (n, 2, p): of W, by noise of the encoders drawn anew.
     """
 
     W: ndarray
@@ -35,6 +36,7 @@ class RegressionRows:
     cover: ndarray
     breaks: tuple[int, ...]
     gain: float
+    change: ndarray | None = None
 
 
 def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> RegressionRows:

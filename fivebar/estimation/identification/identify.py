@@ -16,7 +16,6 @@ from ..logs.logs import AT_THE_JOINTS, Gauges
 from .bodies import consistent as nearest_bodies
 from .dependent_columns import EXACT, NEARLY, any_motion, independent, sentences
 from .filtering import RegressionRows
-from .noisy_columns import bias
 from .regression import fit, left_out_cost, price, smallest, spread
 from .regressor import ladder, linear_names
 from .result import Identification, Validation
@@ -122,12 +121,22 @@ def identify(
     base, unseen = independent(any_W, places, EXACT)
     told, also_unseen = independent(rows.W, base, NEARLY)
     full = fit(rows, told)
+    while full.bias.max() > BIASED:
+        fewer, lower = sampled(0.7 * min(each.cutoff for each in found), logs)
+        if lower.counts.sum(axis=0).min() < 8 * len(places):
+            break
+        found = fewer
+        rows = lower
+        told, also_unseen = independent(rows.W, base, NEARLY)
+        full = fit(rows, told)
     notes = []
     holds_better = False
+    lowest = min(each.cutoff for each in found)
     if full.misfit < POOR and not all(held for _, held in logs):
-        # A drive that holds its commands logs torques of whole samples, not of instants.
+        # A drive that holds its commands logs torques of whole samples, not of instants. Which it
+        # is shows where the encoders' noise bends nothing: there, half a sample is not hidden.
         held_logs = [(own, True) for own, _ in logs]
-        held_found, held_rows = sampled(cutoff, held_logs)
+        held_found, held_rows = sampled(lowest, held_logs)
         better = fit(held_rows, told)
         count = rows.counts.sum(axis=0)
         if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
@@ -137,17 +146,21 @@ def identify(
             full = better
             holds_better = True
             notes = ["each torque is taken as held to the next row, which fits the motion better"]
-    may_be_lower = cutoff is None and full.misfit < POOR
-    while may_be_lower and bias(found, told, full).max() > BIASED:
-        fewer, lower = sampled(0.7 * min(each.cutoff for each in found), logs)
-        if lower.counts.sum(axis=0).min() < 8 * len(places):
-            break
-        found = fewer
-        rows = lower
+    if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
+        explain(robot, logs, assembly, lowest, places, known, full.misfit, _impossible)
+    if cutoff is not None and cutoff > lowest:
+        found, rows = sampled(cutoff, logs)
         told, also_unseen = independent(rows.W, base, NEARLY)
         full = fit(rows, told)
-    if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
-        explain(robot, logs, assembly, cutoff, places, known, full.misfit, _impossible)
+    if full.bias.max() > BIASED:
+        most = int(np.argmax(full.bias))
+        advice = "log longer"
+        if cutoff is not None and cutoff > lowest:
+            advice = f"a cutoff of {lowest:.3g} Hz bends less"
+        notes.append(
+            f"noise of the encoders bent {names[told[most]]} by {full.bias[most]:.2g} standard"
+            f" deviations: it was taken off and counts in the deviations; {advice}"
+        )
     chosen, last = _smallest_model(robot, rows, told, full)
     out = [k for k, column in enumerate(told) if column not in chosen]
     labels = [names[k] for k in chosen]
@@ -221,7 +234,7 @@ def _joined(found, known):
     parts = [each.rows for each in found]
     starts = np.cumsum([0, *(len(part.t) for part in parts)])
     breaks = [int(start) + k for start, part in zip(starts, parts) for k in part.breaks]
-    arrays = "W", "tau", "counts", "t", "cover"
+    arrays = "W", "tau", "counts", "t", "cover", "change"
     joined = {}
     for name in arrays:
         joined[name] = np.concatenate([getattr(part, name) for part in parts])

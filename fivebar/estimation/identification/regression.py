@@ -6,6 +6,11 @@ the residual before foretells of its own [Cochrane1949]_, which leaves white noi
 not ask for noise of one size: they are of residuals, each of a fit without its row (HC3
 [MacKinnon1985]_), as near a singularity a few rows, with the most noise, draw the fit to them.
 
+Noise of the encoders is in the columns, too: least squares of W + D instead of W, both white, gives
+theta off by -(W^T W)^-1 D^T D theta [Fuller1987]_, most where columns are nearly dependent. D of a
+second draw of the noise, through the same filters, foretells this bias. It is taken off, and counts
+in the deviations as a whole, as real noise is not quite that of the draw.
+
 A set R of parameters is left out at the cost theta_R^T C_RR^-1 theta_R (Wald), a chi square of as
 many degrees of freedom where they are 0. Each that stays costs log n + 3 log p (the extended BIC
 [Chen2008]_ with gamma = 3/2; n rows, p candidates: of 14 that are 0 one stays in about 0.3 % of the
@@ -13,6 +18,7 @@ logs). The chosen model has the lowest cost.
 
 .. [Cochrane1949] D. Cochrane, G. Orcutt, Application of least squares regression to relationships
    containing auto-correlated error terms, 1949.
+.. [Fuller1987] W. Fuller, Measurement error models, 1987.
 .. [MacKinnon1985] J. MacKinnon, H. White, Some heteroskedasticity-consistent covariance matrix
    estimators with improved finite sample properties, 1985.
 .. [Chen2008] J. Chen, Z. Chen, Extended Bayesian information criteria, 2008.
@@ -32,6 +38,7 @@ from .filtering import RegressionRows
 BLOCK = 64
 FINEST = 1e-5  # of a motor's torque: the least noise that is believed
 WHITENED = 2  # times that residuals are made white, each by the fit before
+RETURNED = 4  # times that the bias is computed, each of the theta that the last one gives
 LEAST_FREE = 0.05  # of a row's own residual that a fit is taken to leave
 
 
@@ -40,7 +47,8 @@ class RegressionFit:
     """A regression: theta (p,) and cov (p, p) of its columns.
 
     residual (n, 2), 0 where a row does not count; sigma (2,) N m: the standard deviation of each
-    motor's rows; misfit: rms of both motors' residuals in units of the torques' own rms.
+    motor's rows; misfit: rms of both motors' residuals in units of the torques' own rms; bias (p,):
+    what noise in the columns took from theta, which has it back, in standard deviations.
     """
 
     theta: ndarray
@@ -48,6 +56,7 @@ class RegressionFit:
     residual: ndarray
     sigma: ndarray
     misfit: float
+    bias: ndarray
 
 
 def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) -> RegressionFit:
@@ -57,28 +66,38 @@ def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) ->
     """
     tau = rows.tau if tau is None else tau
     W = rows.W[:, :, columns]
+    change = np.zeros_like(W) if rows.change is None else rows.change[:, :, columns]
     counts = rows.counts.sum(axis=0)
     power = (tau**2).sum(axis=0)
     size = np.maximum(np.sqrt(power / np.maximum(counts, 1)), 1e-300)
     free = np.maximum(counts - len(columns) / 2, 1)
-    system = np.concatenate([W, tau[..., None]], axis=2)
-    theta, *_ = _weighted(system, size, free)
+    system = np.concatenate([change, W, tau[..., None]], axis=2)
+    p = len(columns)
+    theta, *_ = _weighted(system[..., p:], size, free)
     for _ in range(WHITENED):
         residual = np.where(rows.counts, tau - W @ theta, 0.0)
         white = _whitened(system, residual, rows.breaks)
-        theta, bread, sigma = _weighted(white, size, free)
-    residual = np.where(rows.counts, tau - W @ theta, 0.0)
+        theta, bread, sigma = _weighted(white[..., p:], size, free)
     weighted = white / sigma[:, None]
-    weighted_W = weighted[..., :-1]
+    weighted_W = weighted[..., p:-1]
     leverage = ((weighted_W @ bread) * weighted_W).sum(axis=2)
     error = weighted[..., -1] - weighted_W @ theta
     left_out = error / np.maximum(1.0 - leverage, LEAST_FREE)  # of a fit without the row
     scores = np.einsum("nmp,nm->np", weighted_W, left_out)
     robust = bread @ (scores.T @ scores) @ bread
+    weighted_change = weighted[..., :p].reshape(-1, p)
+    lost = bread @ (weighted_change.T @ weighted_change)
+    bias = np.zeros(p)
+    for _ in range(RETURNED):
+        bias = lost @ (theta + bias)
+    theta = theta + bias
+    residual = np.where(rows.counts, tau - W @ theta, 0.0)
     rms = np.maximum(np.sqrt((residual**2).sum(axis=0) / free), FINEST * size)
     shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
     misfit = float(np.sqrt(np.mean(shares)))
-    return RegressionFit(theta, robust, residual, rms, misfit)
+    of_sd = np.abs(bias) / np.sqrt(np.diag(robust))
+    cov = robust + np.outer(bias, bias)
+    return RegressionFit(theta, cov, residual, rms, misfit, of_sd)
 
 
 def _weighted(system, size, free):
@@ -96,7 +115,7 @@ def _weighted(system, size, free):
 
 
 def _whitened(system, residual, breaks):
-    """Return each row of [W, tau] minus the row before it, as much as their residuals are alike."""
+    """Return each row minus the row before it, as much as their residuals are alike."""
     follows = np.ones((len(system), 1))
     follows[list(breaks)] = 0.0
     before = follows * np.roll(residual, 1, axis=0)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy import ndarray
 from scipy.ndimage import binary_dilation
 
 from ...base.tables import file_or_path
@@ -31,21 +32,27 @@ class Samples:
     """Samples of a log.
 
     pieces: (t (n,), W (n, 2, p), tau (n, 2), counts (n, 2): a motor's sample is used); motion:
-    their (q, q', q''); step s; cutoff Hz; noise (2,) of q; notes on the log; assembly: the mode.
+    their (q, q', q''); changes: of each W, by noise of the encoders drawn anew; step s; cutoff Hz;
+    notes on the log; assembly: the mode.
     """
 
     robot: Robot
     pieces: list[tuple]
     motion: list[tuple]
+    changes: list[ndarray]
     step: float
     cutoff: float
-    noise: tuple[float, float]
     notes: tuple[str, ...]
     assembly: int
 
     @cached_property
     def rows(self) -> RegressionRows:
-        return filtered(self.pieces, self.step, self.cutoff)
+        pieces = []
+        for (t, W, tau, counts), change in zip(self.pieces, self.changes):
+            pieces.append((t, np.concatenate([W, change], axis=2), tau, counts))
+        rows = filtered(pieces, self.step, self.cutoff)
+        W, change = np.split(rows.W, 2, axis=2)
+        return replace(rows, W=W, change=change)
 
 
 def log_of(source: Any, robot: Robot, gauges: Gauges) -> tuple[Log, bool]:
@@ -112,7 +119,8 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
         )
     motion = [_rates(pairs, log.step, cutoff) for _, pairs in long]
     _refuse_still(stretches, found.noise, robot)
-    regressors = _regressors(motion, robot, assembly, least // 2, notes)
+    drawn = _drawn_noise(long, found.noise, log.step, cutoff)
+    regressors = _regressors(motion, drawn, robot, assembly, least // 2, notes)
     torques = np.concatenate([pairs["tau"] for _, pairs in long])
     if not np.isfinite(torques).any(axis=0).all():
         raise ValueError(
@@ -126,7 +134,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
         "leave their neighbours": [],
         "stay at their largest value, as if cut off,": [],
     }
-    for (t, pairs), (W, good) in zip(long, regressors):
+    for (t, pairs), (W, _, good) in zip(long, regressors):
         tau = pairs["tau"]
         off = np.stack([spikes(column) for column in tau.T], axis=1)
         limited = at_limit(tau, lowest, highest_tau)
@@ -139,7 +147,8 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
                 f"torques {words} in {len(times)} rows (the first at {times[0]:.6g} s): these rows"
                 " do not count"
             )
-    return Samples(robot, pieces, motion, log.step, cutoff, found.noise, tuple(notes), assembly)
+    changes = [change for _, change, _ in regressors]
+    return Samples(robot, pieces, motion, changes, log.step, cutoff, tuple(notes), assembly)
 
 
 def _even_stretches(log, held, notes):
@@ -184,9 +193,17 @@ def _rates(pairs, step, cutoff):
     return q, q_dot, q_ddot
 
 
-def noise_gain(step: float, cutoff: float) -> float:
-    """Return the acceleration below the cut-off that white noise of 1 in q makes, 1/s^2."""
-    return float(np.sqrt(2 * step * (2 * np.pi * cutoff) ** 4 * cutoff / 5))
+def _drawn_noise(stretches, of_q, step, cutoff):
+    """Return (q, q', q'') of noise as large as that of each stretch, drawn anew."""
+    rng = np.random.default_rng(0)
+    sizes = {"q": of_q}
+    if "q_dot" in stretches[0][1]:
+        sizes["q_dot"] = spectrum([pairs["q_dot"] for _, pairs in stretches], step).noise
+    result = []
+    for t, _ in stretches:
+        noise = {name: size * rng.normal(size=(len(t), 2)) for name, size in sizes.items()}
+        result.append(_rates(noise, step, cutoff))
+    return result
 
 
 def _refuse_still(stretches, noise, robot):
@@ -202,13 +219,13 @@ def _refuse_still(stretches, noise, robot):
             )
 
 
-def _regressors(motion, robot, assembly, n, notes):
-    """Return W (n, 2, p) of each stretch, and where (n, 2) a motor's row may count."""
+def _regressors(motion, drawn, robot, assembly, n, notes):
+    """Return W (n, 2, p) of each stretch, its change by drawn noise, and where a row may count."""
     names = linear_names(robot)
     rms = np.sqrt(np.nanmean(np.concatenate([q_dot for _, q_dot, _ in motion]) ** 2, axis=0))
     result = []
     total = near = open_ = 0
-    for q, q_dot, q_ddot in motion:
+    for (q, q_dot, q_ddot), noise in zip(motion, drawn):
         known = np.isfinite(q).all(axis=1)
         pose = dgm(robot, np.where(known[:, None], q, 0.0), assembly, unreachable="nan")
         closes = np.isfinite(pose.xi).all(axis=1)
@@ -217,11 +234,14 @@ def _regressors(motion, robot, assembly, n, notes):
         near += (known & singular).sum()
         open_ += (known & ~closes).sum()
         W = regressor(robot, q, q_dot, q_ddot, assembly)
+        noisy = (q + noise[0], q_dot + noise[1], q_ddot + noise[2])
+        change = regressor(robot, *noisy, assembly) - W
         good = known & closes & ~singular & np.isfinite(W).all(axis=(1, 2))
         creeps = binary_dilation(~(np.abs(q_dot) > CREEPING * rms), np.ones((2 * n - 1, 1)))
         for k, name in enumerate(("fs1", "fs2")):
             W[:, k, names.index(name)] = np.sign(np.nan_to_num(q_dot[:, k]))
-        result.append((np.nan_to_num(W), good[:, None] & ~creeps))
+            change[:, k, names.index(name)] = 0.0
+        result.append((np.nan_to_num(W), np.nan_to_num(change), good[:, None] & ~creeps))
     open_words = f"{open_} of {total} rows do not close the loop"
     if open_ > 0.02 * total:
         other = other_readings(robot, q[known], assembly)

@@ -14,16 +14,13 @@ import numpy as np
 from numpy import ndarray
 from numpy.lib.stride_tricks import sliding_window_view
 
-from ...models.dynamics import dynamic_model
-from ...models.geometry import dgm
-from ...models.kinematics import dkm
 from ...models.robots import Robot
 from ..logs.logs import Log
 from .dependent_columns import NEARLY, independent
 from .filtering import filtered
 from .regression import RegressionFit, fit, price, smallest
 from .regressor import linear_names
-from .samples import Samples, noise_gain, samples
+from .samples import Samples, samples
 
 POOR = 0.05  # of the torque's rms: where a model misses more, something is wrong with the log
 LINEAR = 0.2  # of it: where a model misses more, a delay is too long for its linear term
@@ -200,7 +197,7 @@ def beyond_the_model(
                 " motion: shift their times"
             )
     missed = f"the model misses {100 * last.misfit:.3g} % of the {efforts}"
-    times = last.sigma / np.maximum(_noise(robot, sample), 1e-300)
+    times = last.sigma / np.maximum(_noise(sample, theta), 1e-300)
     misses_much = last.misfit > 0.01 and times.max() > 3.0
     if misses_much and (more := _left_out(robot, sample, chosen, most)):
         return [f"{missed}, {more}"]
@@ -214,19 +211,17 @@ def beyond_the_model(
     return notes
 
 
-def _noise(robot, sample):
+def _noise(sample, theta):
     """Return the noise (2,) of a row, N m, that the torques' and the encoders' noise make.
 
     The torques' is the median of their fourth differences, in which no motion is left; of white
     noise the variance of these is 70 times its own.
     """
-    used = [counts.any(axis=1) for *_, counts in sample.pieces]
-    q = np.concatenate([own[0][rows] for own, rows in zip(sample.motion, used)])
-    M, _ = dynamic_model(dkm(dgm(robot, q[:: max(len(q) // 100, 1)], sample.assembly), (0.0, 0.0)))
-    by_q = np.array(sample.noise) * noise_gain(sample.step, sample.cutoff)
+    rows = sample.rows
+    by_q = np.sqrt(((rows.change @ theta) ** 2).sum(axis=0) / rows.counts.sum(axis=0))
     tau = max((tau for _, _, tau, _ in sample.pieces), key=len)
     fourth = np.diff(tau[np.isfinite(tau).all(axis=1)], 4, axis=0)
     noise = 0.0
     if len(fourth):
         noise = np.median(np.abs(fourth), axis=0) / 0.6745 / np.sqrt(70.0)
-    return np.hypot(noise * sample.rows.gain, np.sqrt(np.mean(M**2, axis=0)) @ by_q)
+    return np.hypot(noise * rows.gain, by_q)
