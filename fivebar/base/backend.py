@@ -178,8 +178,13 @@ def unpack(v, name):
 
 
 def real_numbers(v, name, shape=""):
-    """Return v as an array of floats; ValueError for anything but real numbers, also for texts."""
+    """Return v as an array of floats; ValueError for anything but real numbers, also for texts.
+
+    What a masked array hides is nan.
+    """
     try:
+        if isinstance(v, np.ma.MaskedArray):
+            v = v.astype(float).filled(np.nan)
         array = np.asarray(v)
         if array.dtype is _FLOAT:
             return array

@@ -23,12 +23,12 @@ from .checks import shown
 from .headings import (
     Quantity,
     called_column,
+    column_and_unit,
     headings_by_name,
     how_to_name,
     matched,
     missing_of,
     names_of,
-    plain,
     units_by_name,
     units_named,
 )
@@ -146,10 +146,11 @@ def _from_arrays(arrays, wanted, units, name, calls):
     if calls:
         arrays, units = _chosen(arrays, wanted, names, units, name, calls)
     values = {}
+    stated = {}
     for heading, array in arrays.items():
         if array is None:
             continue
-        key = names.get(plain(str(heading)))
+        key, unit = column_and_unit(str(heading), wanted, names, units, name)
         if key is None or key in values:
             raise ValueError(
                 f"{name} has no column {heading!r}, or has it twice; the known ones are"
@@ -158,7 +159,10 @@ def _from_arrays(arrays, wanted, units, name, calls):
         column = real_numbers(array, f"{name}[{heading!r}]")
         if column.ndim > 1:
             raise ValueError(f"{name}[{heading!r}] must have shape (n,), not {column.shape}")
-        factor = wanted[key].units[units[key]] if key in units else 1.0
+        factor = 1.0
+        if unit:
+            stated[key] = unit
+            factor = wanted[key].units[unit]
         values[key] = np.where(np.isfinite(column), column, np.nan) * factor
     if missing := missing_of(wanted, values):
         raise ValueError(f"{name} has no column {', '.join(missing)}: {how_to_name(missing)}")
@@ -168,7 +172,6 @@ def _from_arrays(arrays, wanted, units, name, calls):
     n = next(iter(lengths.values()))
     values = {key: np.broadcast_to(column, n).copy() for key, column in values.items()}
     rows = np.arange(1, n + 1)
-    stated = {key: unit for key, unit in units.items() if key in values}
     notes: list[str] = []
     stated |= _since_1970(values, stated, notes)
     _refuse_huge(values, rows, name, "row")
@@ -179,14 +182,14 @@ def _chosen(arrays, wanted, names, units, name, calls):
     """Return the arrays by the names that the caller gives them, and the units."""
     chosen = {}
     for heading, array in arrays.items():
-        key = names.get(plain(str(heading)))
+        key, _ = column_and_unit(str(heading), wanted, names, units, name)
         if key and key not in calls:
-            chosen[key] = array
+            chosen[heading] = array
     headings = list(map(str, arrays))
     for key, call in calls.items():
         place, index, unit = called_column(call, headings, name)
         array = list(arrays.values())[place]
-        chosen[key] = array if index is None else np.asarray(array)[:, index]
+        chosen[key] = array if index is None else np.asanyarray(array)[:, index]
         if unit:
             units = units | units_by_name([f"{key}={unit}"], wanted)
     return chosen, units

@@ -133,8 +133,17 @@ def names_of(wanted: Mapping[str, Quantity]) -> dict[str, str]:
     return names
 
 
-def _column_and_unit(heading, wanted, names, units, where):
-    """Return the column that a heading names, and its unit, None where there is none."""
+def column_and_unit(heading, wanted, names, units, where):
+    """Return the column that a heading names, and its unit; None for what nothing names."""
+    key, unit = _in_words(heading, wanted, names, units, where)
+    if unit and units.get(key, unit) != unit:
+        raise ValueError(
+            f"{where}: column {heading!r} is in {unit}, but its unit is given as {units[key]}"
+        )
+    return key, unit or units.get(key)
+
+
+def _in_words(heading, wanted, names, units, where):
     if plain(heading) in names:
         return names[plain(heading)], None
     bracket = re.fullmatch(r"(.*?)\s*[(\[{<]\s*(.*?)\s*[)\]}>]", heading)
@@ -168,7 +177,7 @@ def matched(
     own_units: dict[str, str] = {}
     notes = []
     for place, heading in enumerate(headings):
-        key, unit = _column_and_unit(called.get(place, heading), wanted, names, units, where)
+        key, unit = column_and_unit(called.get(place, heading), wanted, names, units, where)
         if key is None or (key in calls and place not in called):
             if heading:
                 notes.append(f"column {heading!r} is not used")
@@ -177,12 +186,8 @@ def matched(
             raise ValueError(
                 f"{where}: {headings[places[key]]!r} and {heading!r} both are {key}; leave one"
             )
-        if unit and units.get(key, unit) != unit:
-            raise ValueError(
-                f"{where}: column {heading!r} is in {unit}, but its unit is given as {units[key]}"
-            )
         places[key] = place
-        if unit := unit or units.get(key):
+        if unit:
             own_units[key] = unit
     if missing := missing_of(wanted, places):
         found = ", ".join(map(repr, headings))

@@ -462,3 +462,43 @@ def test_where_the_end_effector_was_logged_and_where_not():
     other = fb.from_log({**COLUMNS, "xi": np.full_like(xi, np.nan)}, assembly=1)
     np.testing.assert_allclose(other.xi, fb.dgm(ROBOT, RUN.q, 1).xi, atol=1e-15)
     assert other.measured.notes == () and other.measured.gaps == ()
+
+
+def test_headings_of_a_mapping_name_units_as_those_of_a_file_do():
+    t = np.linspace(0.0, 1.0, 30)
+    q = 0.1 * np.sin(t)
+    columns = {"q1": q, "q2": q / 2}
+    plain = fb.from_log({"t": t, **columns})
+    for other in (
+        {"t_ms": 1e3 * t, **columns},
+        {"t (ms)": 1e3 * t, "q1_deg": np.degrees(q), "q2": q / 2},
+    ):
+        run = fb.from_log(other)
+        assert run.t == pytest.approx(plain.t) and run.q == pytest.approx(plain.q)
+    with_a_call = {"t_ms": 1e3 * t, "position": np.stack([q, q / 2], axis=1)}
+    run = fb.from_log(with_a_call, columns={"q1": "position[0]", "q2": "position[1]"})
+    assert run.t == pytest.approx(plain.t) and run.q == pytest.approx(plain.q)
+    with pytest.raises(ValueError, match="column 't_ms' is in ms, but its unit is given as s"):
+        fb.from_log({"t_ms": t, **columns}, units={"t": "s"})
+    with pytest.raises(ValueError, match="has no column 't_parsec', or has it twice"):
+        fb.from_log({"t_parsec": t, **columns})
+
+
+@pytest.mark.parametrize("how", ["columns", "pairs", "lists"])
+def test_what_a_masked_array_hides_is_a_gap_and_never_a_number(how):
+    t = np.linspace(0.0, 1.0, 30)
+    q = np.ma.masked_array(np.stack([0.1 * np.sin(t), 0.1 * t], axis=1), mask=np.zeros((30, 2)))
+    q[7, 0] = np.ma.masked
+    q.data[7, 0] = 99.0
+    if how == "columns":
+        run = fb.from_log(t, q[:, 0], q[:, 1])
+    elif how == "pairs":
+        run = fb.from_log({"t": t, "q": q})
+    else:
+        places = {"q1": "position[0]", "q2": "position[1]"}
+        run = fb.from_log({"t": t, "position": q}, columns=places)
+    assert np.nanmax(run.q) < 0.11 and len(run.measured.notes) == 2
+    assert "1 rows without both joints' positions were left out" in run.measured.notes[0]
+    whole = np.ma.masked_array([0, 99], mask=[False, True])
+    with pytest.raises(ValueError, match="finite"):
+        fb.dgm(fb.FiveBar(), whole, unreachable="nan")

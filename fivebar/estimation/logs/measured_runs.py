@@ -51,8 +51,8 @@ def from_log(
     Parameters
     ----------
     t : (n,) array, mapping or file
-        Times, s, together with the columns below. Or a mapping of columns, or a CSV or NPZ file
-        whose headings name units.
+        Times, s, together with the columns below. Or a mapping of columns, or a CSV or NPZ file;
+        headings may name units: t_ms, q1 (deg).
     q1, q2, tau1, tau2 : (n,) arrays
         Joint angles, rad, and torques, N m.
     robot : FiveBar or Biglide, optional
