@@ -72,7 +72,8 @@ def identify(
         The assembly mode of all logs, throughout: cut a log where it crosses Type 2.
     cutoff : float, optional
         Of all filters, Hz. By default, where the motion sinks into its noise, or lower, until that
-        noise bends no value by more than 0.1 standard deviations.
+        noise bends no value by more than 0.1 standard deviations, or too few rows are left. What it
+        bends is taken off and counts in the deviations, also at a cut-off that is given.
     consistent : bool
         Whether to hold to what bodies can have (see `bodies`).
     units : mapping, optional
