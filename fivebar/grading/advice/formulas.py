@@ -176,9 +176,8 @@ def _fitting(ratios, picked):
     """Yield what is picked where the ratio (candidates, samples) is one number, and that number."""
     first = ratios[:, :1]
     same = np.all(np.abs(ratios - first) <= CLOSE * np.abs(first), axis=1)
-    for place in np.flatnonzero(same):
-        if factor := _number(ratios[place]):
-            yield picked[place], factor
+    for place in np.flatnonzero(same & _numerators(first).any(axis=1)):
+        yield picked[place], _number(ratios[place])
 
 
 def _factors(values, most):
@@ -225,14 +224,21 @@ def _divides(name):
 def _number(values: np.ndarray) -> str:
     """Return a number of few digits that all values are, in words; "" where they are none."""
     first = values[0]
-    if not np.isfinite(first) or not np.all(np.abs(values - first) <= CLOSE * abs(first)):
-        return ""
-    for below in DENOMINATORS:
-        above = round(first * below)
-        whole = abs(first * below - above) <= CLOSE * abs(above)
-        if above and abs(above) <= MOST_ABOVE and whole:
-            return str(above) if below == 1 else f"{above}/{below}"
+    if np.all(np.abs(values - first) <= CLOSE * abs(first)):
+        for above, below in zip(_numerators(first), DENOMINATORS):
+            if above:
+                return f"{above:g}" if below == 1 else f"{above:g}/{below}"
     return ""
+
+
+def _numerators(numbers):
+    """Return what is above each of the DENOMINATORS in numbers, 0 where that is not whole, or not
+    small.
+    """
+    scaled = numbers * np.array(DENOMINATORS)
+    above = np.round(scaled)
+    whole = np.abs(scaled - above) <= CLOSE * np.abs(above)
+    return np.where(whole & (np.abs(above) <= MOST_ABOVE), above, 0.0)
 
 
 def _ratio(above, below):

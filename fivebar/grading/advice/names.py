@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from ..judging.questions import AskedRows, rows_from
 from ..worker.student import Tried
 from ..worker.wire import Change
 from .derivation import Derivation, turned
-from .slips import ATAN, UNITS
+from .slips import ATAN, UNITS  # noqa: F401  a hint in KINDS
 
 ALL = -1  # in place of a place's number: all are told
 ROWS = 6  # in which values are compared
@@ -136,17 +135,6 @@ a line unlike the other leg's; ; a line unlike the other leg's; {LINES}
 """
 
 
-@dataclass(frozen=True)
-class Relation:
-    """How a wrong value goes with the right one: holds(old, new) or holds(old, new, another
-    quantity), all (rows, numbers); name: of {Q}, the right value, and {P}, the other one.
-    """
-
-    name: str
-    hint: str
-    holds: Callable[..., Any]
-
-
 def _matrices(numbers):
     return numbers.reshape(-1, 2, 2) if numbers.shape[1] == 4 else np.full((1, 2, 2), np.nan)
 
@@ -156,36 +144,27 @@ def _quarter(numbers):
     return pairs.reshape(numbers.shape)
 
 
-ALONE = (
-    Relation("the sign of {Q}", SIGNS, lambda old, new: (old, -new)),
-    Relation("{Q} transposed", SHAPES, lambda old, new: (turned(_matrices(old)), _matrices(new))),
-    Relation(
+# How a wrong value goes with the right one: the name, of {Q}, the right value, and {P}, another
+# one; the hint; what is then alike, all (rows, numbers); True where it may be so but for the sign.
+ALONE: tuple[tuple, ...] = (
+    ("the sign of {Q}", SIGNS, lambda old, new: (old, -new)),
+    ("{Q} transposed", SHAPES, lambda old, new: (turned(_matrices(old)), _matrices(new))),
+    (
         "a quarter turn missing in {Q}",
         DRAWN,
         lambda old, new: (_quarter(old), new) if old.shape[1] % 2 == 0 else (old, new + np.nan),
+        True,
     ),
-    Relation(
-        "a quarter turn missing in {Q}",
-        DRAWN,
-        lambda old, new: (_quarter(old), -new) if old.shape[1] % 2 == 0 else (old, new + np.nan),
-    ),
-    Relation(
-        "half a turn missing in {Q}", ATAN, lambda old, new: (np.abs(old - new), np.pi + 0 * new)
-    ),
-    Relation("{Q} twice as large", UNITS, lambda old, new: (old, 2 * new)),
-    Relation("{Q} half as large", UNITS, lambda old, new: (2 * old, new)),
+    ("{Q} twice as large", UNITS, lambda old, new: (old, 2 * new)),
+    ("{Q} half as large", UNITS, lambda old, new: (2 * old, new)),
 )
-WITH_ANOTHER = (
-    Relation(
-        "{P} too much in {Q}", TERMS, lambda old, new, p: (old, p if not new.any() else p + np.nan)
-    ),
-    Relation("{P} forgotten in {Q}", TERMS, lambda old, new, p: (new - old, p)),
-    Relation("{P} forgotten in {Q}", TERMS, lambda old, new, p: (old - new, p)),
-    Relation("the sign of {P} in {Q}", SIGNS, lambda old, new, p: (new - old, 2 * p)),
-    Relation("the sign of {P} in {Q}", SIGNS, lambda old, new, p: (old - new, 2 * p)),
-    Relation("factor {P} forgotten in {Q}", UNITS, lambda old, new, p: (new, old * p)),
-    Relation("factor {P} too much in {Q}", UNITS, lambda old, new, p: (old, new * p)),
-    Relation("{P} in place of {Q}", NAMES, lambda old, new, p: (old, p)),
+WITH_ANOTHER: tuple[tuple, ...] = (
+    ("{P} too much in {Q}", TERMS, lambda old, new, p: (old, p if not new.any() else p + np.nan)),
+    ("{P} forgotten in {Q}", TERMS, lambda old, new, p: (new - old, p), True),
+    ("the sign of {P} in {Q}", SIGNS, lambda old, new, p: (new - old, 2 * p), True),
+    ("factor {P} forgotten in {Q}", UNITS, lambda old, new, p: (new, old * p)),
+    ("factor {P} too much in {Q}", UNITS, lambda old, new, p: (old, new * p)),
+    ("{P} in place of {Q}", NAMES, lambda old, new, p: (old, p)),
 )
 ADDED = WITH_ANOTHER[:-1]  # what can be told of a value without a name
 
@@ -337,16 +316,17 @@ def _related(old, new, quantity, others):
     nothing does.
     """
     with np.errstate(all="ignore"):
-        for relation in ALONE if quantity else ():
-            if _alike(*relation.holds(old, new)):
-                return relation.name.format(Q=quantity), relation.hint
-        for name, value in others:
-            for relation in WITH_ANOTHER if quantity else ADDED:
-                if name != quantity and value.shape[1] in (1, old.shape[1]):
-                    a, b = np.broadcast_arrays(*relation.holds(old, new, value))
-                    if _alike(a, b) and np.ptp(a, axis=0).max() > CLOSE * np.abs(a).max():
-                        text = relation.name.format(P=name, Q=quantity)
-                        return text.removesuffix(" in "), relation.hint
+        for name, hint, holds, *but_for_sign in ALONE if quantity else ():
+            a, b = holds(old, new)
+            if _alike(a, b) or but_for_sign and _alike(a, -b):
+                return name.format(Q=quantity), hint
+        for other, value in others:
+            for name, hint, holds, *but_for_sign in WITH_ANOTHER if quantity else ADDED:
+                if other != quantity and value.shape[1] in (1, old.shape[1]):
+                    a, b = np.broadcast_arrays(*holds(old, new, value))
+                    moves = np.ptp(a, axis=0).max() > CLOSE * np.abs(a).max()
+                    if moves and (_alike(a, b) or but_for_sign and _alike(a, -b)):
+                        return name.format(P=other, Q=quantity).removesuffix(" in "), hint
     return None
 
 
