@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MOST_SECONDS = 20.0  # of processor time, of the changes that are tried in a file
 SHARE = 0.6  # of what is left, for one function
-NAMED = 0.1  # for one whose mistake has a name, where no other one can be helped
+NAMED = 0.2  # for one whose mistake has a name, where no other one can be helped
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")

@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 
@@ -90,18 +90,11 @@ def _of_itself(values):
     if factor := _number(wanted / old):
         kind = "a sign" if factor == "-1" else "a factor"
         yield kind, _times(factor, OLD)
-    made = {
-        f"{OLD}**2": ("a square", old**2),
-        f"{MATH}sqrt({OLD})": ("a root", np.sqrt(old)),
-        f"1/{OLD}": ("an operator", 1 / old),
-        f"abs({OLD})": ("a sign", np.abs(old)),
-    }
-    half, quarter = f"{MATH}pi", f"{MATH}pi/2"
-    for text, turned in ((OLD, old), (f"-{OLD}", -old)):
-        made[f"{text} + {half}"] = "a term", turned + np.pi
-        made[f"{text} - {half}"] = "a term", turned - np.pi
-        made[f"{text} + {quarter}"] = "a term", turned + np.pi / 2
-        made[f"{text} - {quarter}"] = "a term", turned - np.pi / 2
+    made = {f"{OLD}**2": ("a square", old**2), f"{MATH}sqrt({OLD})": ("a root", np.sqrt(old))}
+    turns = {"+ pi": np.pi, "- pi": -np.pi, "+ pi/2": np.pi / 2, "- pi/2": -np.pi / 2}
+    for (text, value), turn in product(((OLD, old), (f"-{OLD}", -old)), turns):
+        term = turn.replace("pi", f"{MATH}pi")
+        made[f"{text} {term}"] = "a term", value + turns[turn]
     for text, (kind, value) in made.items():
         if values.alike(value, wanted):
             yield kind, text
