@@ -285,7 +285,6 @@ class Checks:
         self.found.append(check)
         if isinstance(error, Wrong):
             self._one_name(error.verdict)
-        if isinstance(error, Wrong):
             report.longrepr = "\n".join(check_lines(check, 100))
         elif check.outcome == "broken":
             self.trouble.append(f"{check.title}: {check.text}")

@@ -157,16 +157,13 @@ STEPS: dict[str, Step] = {
     "xi_dot_found": lambda s: product(s.J, s.rates),
     "rates_found": lambda s: product(s.J_inverse, s.xi_dot),
     # passive rates and accelerations
+    "driven": lambda s: s.accelerations if s.has("xDD") else s.rates,
     "of_tip": lambda s: dot(s.v2, (s.xi_ddot if s.has("xDD") else s.xi_dot)[:, None]),
-    "of_pivot": lambda s: (
-        s.proximal * dot(s.v2, s.v1) * (s.accelerations if s.has("xDD") else s.rates)
-    ),
+    "of_pivot": lambda s: s.proximal * dot(s.v2, s.v1) * s.driven,
     "pull": lambda s: s.proximal * s.rates**2 * dot(s.v2, s.u1) if s.turns else 0 * s.rates,
     "across": lambda s: s.of_tip - s.of_pivot + (s.pull if s.has("xDD") else 0),
     "turning": lambda s: s.across / s.distal,
-    "own_turning": lambda s: (
-        (s.accelerations if s.has("xDD") else s.rates) * (1 if s.turns else 0)
-    ),
+    "own_turning": lambda s: s.driven * s.turns,
     "passive_found": lambda s: s.turning - s.own_turning,
     # second order: A xi'' = B q'' + d
     "rate": lambda s: s.rates + s.passive_rates if s.turns else s.passive_rates,

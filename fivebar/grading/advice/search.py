@@ -240,7 +240,7 @@ class _Search:
             return
         fastest, seconds = self._fastest(few)
         before = self._right(few, tried, [[]])[0]
-        every = [[k] for k in range(self.student.changes_count)]
+        every = [[k] for k in range(self.student.count)]
         count = 0
         for some in batches(every, max(LEAST_AT_ONCE, int(AT_A_TIME / seconds))):
             right = self._right(few.part([fastest]), tried, some)[:, 0]

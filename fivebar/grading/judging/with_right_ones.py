@@ -70,11 +70,9 @@ class Helped:
     robot: Robot
     constants_of: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rows: dict[str, tuple[Robot, list]] = field(default_factory=dict)
-    count: int = 0
+    asked: int = 0
     change: Tried | None = None
     budget: Budget | None = None
-
-    changes_count = property(lambda self: self.student.count)
 
     def __getattr__(self, name):
         return getattr(self.student, name)
@@ -111,12 +109,11 @@ class Helped:
 
         def right(row):
             row = row[: len(exercise.arguments)]
-            self.count += 1
-            answer = _answer(exercise, robot, row) if self.count <= MOST_ASKED else None
+            self.asked += 1
+            answer = _answer(exercise, robot, row) if self.asked <= MOST_ASKED else None
             kept = self.rows.setdefault(name, (robot, []))
-            if exercise.of_lists:
-                kept[1].append(row)
-            elif answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT:
+            more = answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT
+            if more or exercise.of_lists:
                 kept[1].append(row)
             return answer
 

@@ -9,11 +9,10 @@ import selectors
 import signal
 import subprocess
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 from .launch import launch
-from .wire import MOST_LINE, Garbled, clean, message
+from .wire import MOST_LINE, Lost, clean, message
 
 MOST_OUTPUT = 64_000  # bytes kept of what a program prints
 START_LIMIT = 20.0  # s, for the interpreter itself
@@ -28,17 +27,6 @@ class KilledError(RuntimeError):
     """A submission's workers were killed again and again, and not by anything of its own: it cannot
     be judged.
     """
-
-
-@dataclass(eq=False)
-class Lost(Exception):
-    """A worker's end: a Reply's kind, and what is known of it; outside: it was none of the
-    program's own doing.
-    """
-
-    kind: str
-    text: str = ""
-    outside: bool = False
 
 
 class SandboxWorker:
@@ -83,9 +71,9 @@ class SandboxWorker:
         """
         try:
             report = self.receive(self.nonce, START_LIMIT)
-        except (Lost, Garbled) as lost:
+        except Lost as lost:
             self.close()
-            if isinstance(lost, Lost) and lost.outside:
+            if lost.outside:
                 raise
             raise IsolationError(
                 f"the worker process did not start: {self.output.strip() or lost}"
@@ -113,7 +101,7 @@ class SandboxWorker:
             self._selector.unregister(self._out)
 
     def receive(self, nonce: str, limit: float) -> dict:
-        """Return the next message, which must carry the nonce. Raises Lost, Garbled."""
+        """Return the next message, which must carry the nonce. Raises Lost."""
         end = time.monotonic() + limit
         while (stop := self._buffer.find(b"\n")) < 0:
             if self._in in self._ready(end) and not self._fill():

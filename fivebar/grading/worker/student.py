@@ -19,9 +19,9 @@ import numpy as np
 from ...base import old_numpy
 from .places import bwrap_trouble
 from .replies import KINDS, Reply
-from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, SandboxWorker
+from .sandbox import MOST_OUTPUT, IsolationError, KilledError, SandboxWorker
 from .submission import Submission
-from .wire import Change, Garbled, clean, outlined, place, reply, told, value, whole
+from .wire import Change, Garbled, Lost, clean, outlined, place, reply, told, value, whole
 
 MOST_LOSSES = 3  # workers that one function, or the file, may cost
 MOST_KILLED = 5  # workers of a submission that something else may kill
@@ -190,8 +190,6 @@ class Student:
                 if any(answer.kind == "memory" for answer in replies):
                     self.close()  # what filled it may still be there
                 break
-            except Garbled as garbled:
-                lost = Reply("garbled", text=str(garbled))
             except Lost as end:
                 if end.outside:
                     self._count_killed()
@@ -219,7 +217,7 @@ class Student:
         self._load()
 
     def _batch(self, function, rows, constants, limit, end, replies, given):
-        """Append a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
+        """Append a Reply per row as they come, until the time `end`. Raises Lost."""
         nonce, tried = secrets.token_hex(8), self._tried
         request = {
             "n": nonce,
@@ -295,15 +293,13 @@ class Student:
                     at = data
                 self._loaded(data)
                 return
-            except (Lost, Garbled) as lost:
-                if isinstance(lost, Lost) and lost.outside:
+            except Lost as lost:
+                if lost.outside:
                     self._count_killed()
                     continue
                 losses += 1
-                kind, text = (
-                    (lost.kind, lost.text) if isinstance(lost, Lost) else ("garbled", str(lost))
-                )
-                text = f"{KINDS[kind]}: {text or f'not done within {self._load_limit:g} s'}"
+                text = lost.text or f"not done within {self._load_limit:g} s"
+                text = f"{KINDS[lost.kind]}: {text}"
                 line, source = place(at and at.get("l"), self._lines)
                 self.trouble = self.trouble or Reply("import", None, text, line, source)
                 self.close()

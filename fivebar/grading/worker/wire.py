@@ -20,8 +20,22 @@ MOST_BESIDE = 150  # values beside a place
 DEEPEST = 16  # lists in each other, those of the protocol among them
 
 
-class Garbled(ValueError):
+@dataclass(eq=False)
+class Lost(Exception):
+    """A worker's end: a Reply's kind, and what is known of it; outside: it was none of the
+    program's own doing.
+    """
+
+    kind: str
+    text: str = ""
+    outside: bool = False
+
+
+class Garbled(Lost):
     """A line that is no message of the protocol."""
+
+    def __init__(self, text: str):
+        super().__init__("garbled", text)
 
 
 def message(line: bytes, nonce: str) -> dict:

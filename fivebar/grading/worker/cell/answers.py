@@ -67,22 +67,15 @@ def _plain(value, room, depth):
         if issubclass(kind, number):
             return float(number.__float__(value))
     if issubclass(kind, dict):
-        if dict.__len__(value) > room[0]:
-            raise OverflowError
         pairs = []
         for key, part in dict.items(value):
             pairs.append([_plain(key, room, depth + 1), _plain(part, room, depth + 1)])
         return {"~": "dict", "pairs": pairs}
     for sequence in (list, tuple):
         if issubclass(kind, sequence):
-            if sequence.__len__(value) > room[0]:
-                raise OverflowError
             return [_plain(part, room, depth + 1) for part in sequence.__iter__(value)]
-    if kind in ITERATORS:
-        parts = []
-        for part in value:  # the student's own steps, and perhaps without end
-            parts.append(_plain(part, room, depth + 1))
-        return parts
+    if kind in ITERATORS:  # the student's own steps, and perhaps without end
+        return [_plain(part, room, depth + 1) for part in value]
     if numpy is not None and issubclass(kind, numpy.ndarray):
         if value.size > room[0]:
             raise OverflowError
