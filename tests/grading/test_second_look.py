@@ -1,4 +1,4 @@
-"""What a second question tells: typed numbers, answers that change, factors that other masses tell apart."""
+"""What a second question tells: answers that change."""
 
 import pytest
 
@@ -39,7 +39,7 @@ def test_count(ask, draw):
 
 
 @pytest.mark.parametrize("pull, name", [("m * cos(q) + q", ""), ("cos(q)", "mass forgotten")])
-def test_what_other_masses_or_the_same_question_refute_is_not_named(tmp_path, pull, name):
+def test_what_the_same_question_refutes_is_not_named(tmp_path, pull, name):
     (tmp_path / "weights").mkdir()
     (tmp_path / "weights/exercises.py").write_text(EXERCISES, encoding="utf-8")
     (tmp_path / "weights/test_lab.py").write_text(CHECKS, encoding="utf-8")

@@ -16,7 +16,7 @@ import numpy as np
 from ...models.robots import Robot
 from ..intake.program import Program
 from ..judging.judge import numbers_of, numbers_right
-from ..judging.questions import AskedRows, Questions, rows_from
+from ..judging.questions import AskedRows, rows_from
 from ..judging.with_right_ones import (
     Budget,
     BudgetSpentError,
@@ -151,10 +151,9 @@ class _Search:
     def __init__(self, program: Program, lab: Lab, function: str, asked: list[AskedRows]):
         self.function, self.tried = function, Tried(function, tuple(lab.exercises()))
         self.student: Helped = program.student
-        questions = Questions(program, lab, {}, np.random.default_rng(0))
         self.asked = []
         for each in asked:
-            own, *others = _answerable(each, questions)
+            own, *others = _answerable(each, program, lab)
             # Where longer bars leave no pose on a way, right files stop.
             answered = [np.isfinite(self._came(rows, None)).all(axis=1) for rows in others]
             self.asked += [own] if len(own.good) else []
@@ -411,14 +410,31 @@ def _together(found, wrong):
                 break
 
 
-def _answerable(rows, questions):
+def _with_others(robot, program, lab, longer):
+    """Return the robot with other masses and inertias, or longer bars and its bases farther apart
+    as well, and the file's constants for it: those that it gives a number.
+    """
+    constants, own = lab.constants() or {key: (key,) for key in robot.parameters}, {}
+    names = [key for key in constants if key in program.student.constants]
+    # Between bases farther apart, short bars do not meet.
+    longer = longer and any(constants[name][0][0] == "l" for name in names)
+    for name in names:
+        first = constants[name][0]
+        if longer or first[0] not in "ld":
+            factor = (1.3 + 0.1 * len(own)) * (2 if first[0] == "l" else 1)
+            own[name] = factor * getattr(robot, first)
+    changed = {key: value for name, value in own.items() for key in constants[name]}
+    return replace(robot, **changed), own
+
+
+def _answerable(rows, program, lab):
     """Yield the rows that have an answer, and the same for other masses and lengths where the file
     lets them be set.
     """
     asked = [rows]
     if not rows.constants:
         for longer in (False, True):
-            robot, constants = questions.with_others(longer, rows.robot)
+            robot, constants = _with_others(rows.robot, program, lab, longer)
             moved = moving(rows, robot) if longer else rows
             asked.append(replace(moved, robot=robot, constants=constants))
     for each in asked:

@@ -108,54 +108,17 @@ class Questions:
         )
 
     def _settled(self, verdict, rows, replies, limit):
-        """Return the verdict with a diagnosis that other masses do not refute, or with what a
-        second look tells.
-        """
-        if verdict.share == 1:
+        """Return the verdict, where it knows no mistake with what a second look tells."""
+        if verdict.share == 1 or verdict.diagnosis is not None:
             return verdict
-        exercise, own = rows.exercise, rows.robot is self._robot
-        if verdict.diagnosis is not None:
-            other = self._with_other_masses(rows, limit) if own and not self._constants else None
-            return verdict if other is None else replace(verdict, diagnosis=other)
         asked = [i for i in range(len(replies)) if not rows.refuse[i]]
         known = [np.asarray(column)[asked] for column in rows.columns]
         came = [replies[i] for i in asked]
         found = None
         if any(reply.kind == "value" for reply in came):
-            again = self._replies(exercise.name, rows_from(known), rows.constants, limit)
+            again = self._replies(rows.exercise.name, rows_from(known), rows.constants, limit)
             found = CHANGES if changing(came, again) else None
         return replace(verdict, diagnosis=found)
-
-    def _with_other_masses(self, rows, limit):
-        """Return the diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and
-        1/m are the same.
-        """
-        exercise, columns = rows.exercise, rows.columns
-        other, wanted = self.with_others()
-        outcomes = [
-            exercise.outcome(exercise.answer, robot, columns) for robot in (rows.robot, other)
-        ]
-        if np.array_equal(*outcomes, equal_nan=True):
-            return None
-        replies = self._replies(exercise.name, rows_from(columns), wanted, limit)
-        return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse).diagnosis
-
-    def with_others(self, longer=False, robot=None):
-        """Return the robot with other masses and inertias, or longer bars and its bases farther
-        apart as well, and the file's constants for it: those that it gives a number.
-        """
-        robot = robot or self._robot
-        constants, own = self._constants or {key: (key,) for key in self._robot.parameters}, {}
-        names = [key for key in constants if key in self._program.student.constants]
-        # Between bases farther apart, short bars do not meet.
-        longer = longer and any(constants[name][0][0] == "l" for name in names)
-        for name in names:
-            first = constants[name][0]
-            if longer or first[0] not in "ld":
-                factor = (1.3 + 0.1 * len(own)) * (2 if first[0] == "l" else 1)
-                own[name] = factor * getattr(robot, first)
-        changed = {key: value for name, value in own.items() for key in constants[name]}
-        return replace(robot, **changed), own
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
         """Return those of these functions that answer the rows wrongly, each with its mistake; none
