@@ -76,7 +76,6 @@ class Questions:
             program.robot_in(lab),
             lab.robot(),
         )
-        self._constants = lab.constants()
         self._also = tuple(replace(self._robot, **numbers) for numbers in lab.also())
 
     def _replies(self, name, rows, constants, limit):
