@@ -86,6 +86,10 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         yield "where", f"{check.place}: {check.source.strip()}"
     if check.beside:
         yield "lab's test", check.beside
+    yield from _advice(check)
+
+
+def _advice(check):
     if check.misconception:
         yield "looks like", check.misconception
         yield "hint", check.hint
@@ -111,11 +115,7 @@ def told(check: Check) -> Iterator[tuple[str, str]]:
         )
         if check.rows > 1:
             yield "how many", f"{check.wrong} of {check.rows} calls"
-        if check.misconception:
-            yield "looks like", check.misconception
-            yield "hint", check.hint
-        if check.spot:
-            yield "in detail", check.spot
+        yield from _advice(check)
 
 
 def same_fault(check: Check) -> tuple | None:
