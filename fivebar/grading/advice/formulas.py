@@ -169,7 +169,8 @@ def _fitting(ratios, picked):
     """Yield what is picked where the ratio (candidates, samples) is one number, and that number."""
     first = ratios[:, :1]
     same = np.all(np.abs(ratios - first) <= CLOSE * np.abs(first), axis=1)
-    for place in np.flatnonzero(same & _numerators(first).any(axis=1)):
+    same[same] = _numerators(first[same]).any(axis=1)
+    for place in np.flatnonzero(same):
         yield picked[place], _number(ratios[place])
 
 
