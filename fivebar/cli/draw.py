@@ -237,7 +237,7 @@ def _say_leaps(machine, motion, run, off, size):
         print(
             f"fivebar: the simulated {what}, at {place}, {ratio}: the robot is near a singularity"
             " there or too fast for its tracker: give a larger --margin or --reserve, another"
-            " place, a --duration or a shorter --period",
+            " place, a longer --duration or a shorter --period",
             file=sys.stderr,
         )
 

@@ -77,6 +77,13 @@ class ConstraintRows(NamedTuple):
     torque: np.ndarray
     tip: np.ndarray
 
+    def taken(self, at: np.ndarray) -> ConstraintRows:
+        """Return the rows on these stretches alone."""
+        parts, bend, slack = (
+            {name: values[..., at] for name, values in table.items()} for table in self[:3]
+        )
+        return self._replace(parts=parts, bend=bend, slack=slack)
+
     def turned(self, back: np.ndarray) -> ConstraintRows:
         """Return the rows with the stretches `back` (n,) run backwards: u changes its sign."""
         parts = {}

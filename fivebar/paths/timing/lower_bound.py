@@ -132,25 +132,39 @@ def ceiling(
     """Return the Ceiling of n stretches of these lengths, m.
 
     At the nodes x <= top (n + 1,), and x is in none of their gaps. Each step takes on each stretch
-    the row that ends lowest from the last x, forwards and backwards. Every choice is a bound.
+    the row that ends lowest from the last x, forwards and backwards. Every choice is a bound, so
+    that only the stretches on which the last step changed x take new ones.
     """
-    turned = rows.turned(np.ones(len(length), dtype=bool))
-    high = np.full(len(length), np.inf)
-    x = top
+    n = len(length)
+    turned = rows.turned(np.ones(n, dtype=bool))
+    part = np.cumsum(top[:-1] == 0)  # from rest to rest: x of one does not depend on another's
+    high = np.full(n, np.inf)
+    ahead, behind = np.empty((2, 4, n))
+    ahead_lines, behind_lines = np.empty((2, 2, n))
+    x = top.copy()
+    at = np.arange(n)
     for step in range(STEPS):
-        before = x
+        before, high_before = x.copy(), high.copy()
+        h = length[at]
         if step == 0 or rows.parts["v"].any():
-            forward = _parabolas(rows, length, high)
-            backward = _parabolas(turned, length, high)
-        ahead, lines = _lowest(forward, x[:-1], length)
-        x = _recurrence(x, *lines)
-        behind, lines = _lowest(backward, x[1:], length)
-        x = _recurrence(x[::-1], *lines[:, ::-1])[::-1]
+            whole = own = [_parabolas(each.taken(at), h, high[at]) for each in (rows, turned)]
+        else:
+            own = [each[..., at] for each in whole]
+        forward, backward = own
+        chain = np.flatnonzero(np.isin(part, part[at]))
+        nodes = np.append(chain, chain[-1] + 1)
+        ahead[:, at], ahead_lines[:, at] = _lowest(forward, x[at], h)
+        x[nodes] = _recurrence(x[nodes], *ahead_lines[:, chain])
+        behind[:, at], behind_lines[:, at] = _lowest(backward, x[at + 1], h)
+        x[nodes] = _recurrence(x[nodes][::-1], *behind_lines[:, chain[::-1]])[::-1]
         x = _below_gaps(x, gaps)
-        for start, u0, _, end in (ahead, behind):
-            high = np.fmin(high, np.maximum(np.maximum(start, start + length * u0), end))
-        if np.allclose(x, before, rtol=CLOSE, atol=0.0):
+        for start, u0, _, end in (ahead[:, at], behind[:, at]):
+            high[at] = np.fmin(high[at], np.maximum(np.maximum(start, start + h * u0), end))
+        moved = ~np.isclose(x, before, rtol=CLOSE, atol=0.0)
+        moved = moved[:-1] | moved[1:] | ~np.isclose(high, high_before, rtol=CLOSE, atol=0.0)
+        if not moved.any():
             break
+        at = np.flatnonzero(moved)
     stuck = np.append(np.flatnonzero(ahead[3] < 0) + 1, np.flatnonzero(behind[3] < 0))
     if len(stuck):
         return Ceiling(x, 0 * length, high, 0 * length, int(stuck[0]))

@@ -79,26 +79,31 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
     meshes = []
     tables = []
     looks = 0
-    for k in progress(np.unique(group), desc="least time", unit=" parts", delay=2, leave=False):
-        own = group == k
-        now = time.thread_time()
-        share = own.sum() / (group >= k).sum()
-        chosen, own_looks = _refined(mesh.taken(own), limits, gap, now + share * (until - now))
-        looks += own_looks
-        for each, found, at in chosen:
-            meshes.append(each.taken(at))
-            above = found.above
-            columns = above.x[:-1], above.time, above.high, above.size, found.top[:-1], found.x[:-1]
-            tables.append(np.stack([*columns, found.bent, found.time])[:, at])
+    count = len(np.unique(part))
+    with progress(total=count, desc="least time", unit=" parts", delay=2, leave=False) as bar:
+        for k in np.unique(group):
+            own = group == k
+            now = time.thread_time()
+            share = own.sum() / (group >= k).sum()
+            ends_at = now + share * (until - now)
+            chosen, own_looks = _refined(mesh.taken(own), limits, gap, ends_at, bar)
+            looks += own_looks
+            for each, found, at in chosen:
+                meshes.append(each.taken(at))
+                above = found.above
+                columns = above.x[:-1], above.time, above.high, above.size
+                columns = *columns, found.top[:-1], found.x[:-1], found.bent, found.time
+                tables.append(np.stack(columns)[:, at])
     mesh, order = joined(meshes)
     highest, least, high, size, top, x, bent, taken = np.concatenate(tables, axis=1)[:, order]
     highest, top, x = (np.append(each, 0.0) for each in (highest, top, x))  # it ends at rest
     return mesh, Solved(Ceiling(highest, least, high, size, None), top, x, bent, taken, (), looks)
 
 
-def _refined(mesh, limits, gap, until):
+def _refined(mesh, limits, gap, until, bar):
     """Return ([(mesh, solution, at), ...], looks): stretches `at` (n,) of whole parts from rest to
-    rest, each split until its own bounds are within `gap`, or all of them together.
+    rest, each split until its own bounds are within `gap`, or all of them together; the bar counts
+    the parts that are.
     """
     part = mesh.part
     count = part[-1] + 1
@@ -108,6 +113,7 @@ def _refined(mesh, limits, gap, until):
     rounds = []
     hints = None
     looks = 0
+    left = len(np.unique(part))
     most = MOST + GROWN * len(mesh)
     most_looks = LOOKS + WORK * len(mesh)
     while True:
@@ -124,6 +130,8 @@ def _refined(mesh, limits, gap, until):
         open_ = (taken > (1 + gap) * bound)[part]
         done = taken.sum() <= (1 + gap) * bound.sum()
         late = time.thread_time() > until
+        before, left = left, 0 if done else len(np.unique(part[open_]))
+        bar.update(before - left)
         if done or late or len(mesh) > most or looks > most_looks or len(rounds) > ROUNDS:
             break
         after = mesh.taken(open_).split(_parts(mesh, found, gap)[open_])
