@@ -28,7 +28,9 @@ Where a file has a `[frame]`, the points of a command are in it, and the output 
 robot's own frame. `time_path`, `check_path` and `certify` take the path of the tool in the measuring frame of a Machine;
 what they return is of joint C in the robot's own frame. Constraints of a Machine hold where the call names no others.
 
-Files that keep the robot's own frame, as `run.csv`, are named as such in the output.
+Files that keep the robot's own frame, as `run.csv`, are named as such in the output. The first line of `plan.csv`,
+`run.csv` and `setpoints.csv` says whether their points are of joint C or of the tool, and in which frame: read again as
+a path they are taken so, and refused for a robot that has no such tool or frame.
 
 What has no meaning for a command or function is left out, and a line or a warning says so where it could change the
 answer. A constraint that is written
