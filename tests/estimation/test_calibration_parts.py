@@ -444,6 +444,9 @@ def both_sides(rng, n=10):
     return np.array(q), np.array(points)
 
 
+MODES = [(a, b) for a in (-1, 1) for b in (-1, 1)]
+
+
 def test_assembly_modes_are_those_of_the_points_or_noted_or_of_the_nearer_pose():
     rng = np.random.default_rng(13)
     q, points = both_sides(rng)
@@ -467,6 +470,15 @@ def test_assembly_modes_are_those_of_the_points_or_noted_or_of_the_nearer_pose()
     half.pop("assembly")
     found, uncertain = assembly_modes(p, rows_of(half))
     assert np.array_equal(found, modes) and not uncertain.any()
+    # Where the distal bars are nearly in line a whole point does not tell: what is noted counts.
+    locus = fb.singularity_loci(ROBOT).task
+    xi = next(piece.points[len(piece.points) // 3] for piece in locus if int(piece.type) == 2)
+    mode = next(m for m in MODES if abs(fb.igm(ROBOT, xi, m, unreachable="nan").det_A) < 1e-3)
+    near = fb.igm(ROBOT, xi, mode)
+    row = {"q1": near.q[:1], "q2": near.q[1:], "x": xi[:1], "y": xi[1:]}
+    for side in (-1, 1):
+        found, uncertain = assembly_modes(p, rows_of(row | {"assembly": np.array([side])}))
+        assert found.tolist() == [side] and not uncertain.any()
     # On a line midway between both points, neither is nearer.
     middle = points[:5, :, 0].mean(axis=1)
     half["x"][:5] = middle + 1e-5

@@ -36,6 +36,20 @@ def tip_error(true, found):
     return np.sqrt(np.nanmean((missed**2).sum(axis=-1)))
 
 
+def test_chi2_is_of_the_residuals_and_of_what_was_known():
+    """Each prior adds the square of how far its unknown has moved, over its deviation."""
+    _, data = by_ruler(np.random.default_rng(5), 8, 4e-4)
+    names, priors = ("l11", "d", "offset1"), {"l11": 3e-4, "offset1": 0.01}
+    found = fb.calibrate(LAB, data, names, sigma=4e-4, priors=priors, mistakes="keep")
+    moved = {"l11": found.values["l11"] - LAB.l11, "offset1": found.values["offset1"]}
+    known = sum((moved[name] / sd) ** 2 for name, sd in priors.items())
+    q = np.stack([data["q1"] + found.values["offset1"], data["q2"]], axis=1)
+    points = fb.dgm(found.robot, q, data["assembly"]).xi
+    off = data["distance"] - np.hypot(*(points - points[data["to"] - 1]).T)
+    assert found.chi2 == pytest.approx(np.sum((off / 4e-4) ** 2) + known, rel=1e-6) and known > 0.1
+    assert found.dof == len(off) + len(priors) - len(names)
+
+
 @pytest.mark.deep
 def test_advised_priors_predict_better_on_ruler_data():
     rng = np.random.default_rng(1)

@@ -84,7 +84,7 @@ def draw_scopes(figure_of):
         axes.update_datalim([(t[0], limit) for limit in limits])
         difference = _difference(scope)["largest_difference"]
         title = f"{scope.title} (at most {difference:.3g} apart)"
-        axes.set_title(title, fontsize=10, parse_math=False)
+        axes.set_title(title, parse_math=False)
         axes.grid(alpha=0.25)
         axes.margins(x=0)
     for axes in figure.axes[len(shown) :]:
