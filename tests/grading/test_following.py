@@ -141,6 +141,24 @@ def test_arguments_that_are_no_number_have_no_right_answer():
     assert right([0.1, 0.2, math.nan]) is None and right([math.nan, 0.2, 1]) is None
 
 
+def test_arguments_that_are_lists_have_as_many_right_answers():
+    lab = find_lab("amoro")
+    right = Helped(None, lab.exercises(), lab.robot())._right("dgm", lab.robot())
+    together = right([[0.1, 0.3], [0.2, -0.4], 1])
+    for k, row in enumerate(([0.1, 0.2, 1], [0.3, -0.4, 1])):
+        assert np.array(together)[..., k] == pytest.approx(np.array(right(row)), abs=1e-15)
+    assert right([[0.1, 0.3], [0.2, 0.4, 0.5], 1]) is None and right([["x"], 0.2, 1]) is None
+
+
+def test_who_calls_a_wrong_function_with_arrays_is_judged_with_the_right_one(lab, tmp_path):
+    text = HAND_IN.replace("from math import", "from numpy import arange,")
+    text = text.replace(
+        "max(reach(s=s, q=k * 0.1)[0] for k in range(4))", "max(reach(arange(4) * 0.1, s)[0])"
+    )
+    report = grade(lab, Job(written(tmp_path / "my.py", text.format(reach=WRONG, area=AREA))))
+    assert points_and_remarks(report) == ([0, 1, 2], {TOLD})
+
+
 def test_what_a_function_may_call_is_what_it_mentions():
     source = (
         "def a(): return b()\ndef b(): return [c for _ in d]\nc = d = lambda x, y=1: 0\n"

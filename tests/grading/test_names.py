@@ -96,6 +96,16 @@ def test_a_change_is_called_by_what_it_is_worth(function, old, new, kind, text, 
     assert told == name and hint.endswith((".", "?"))
 
 
+def test_a_mode_that_is_forgotten_is_hinted_at_by_flipping_it():
+    """+1 and -1 have no unit, which would tell other forgotten factors."""
+    change = Change(7, "a factor", "dgm", "x", "mode * x")
+    dgm = known("dgm")
+    (mode,) = (column for name, column in dgm.plain if name == "assembly_mode")
+    value = flat(POSE.xi[:, :1])
+    told, hint = named_change(change, [(value, value * mode)], dgm)
+    assert told == "factor assembly_mode forgotten" and hint.startswith("Flip the mode alone")
+
+
 def test_each_kind_has_a_name_for_any_text():
     rows = [line.split("; ") for line in KINDS.strip().splitlines()]
     kinds = {kind for kind, *_ in rows}

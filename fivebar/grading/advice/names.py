@@ -14,6 +14,7 @@ import numpy as np
 
 from ..columns import Array, inverse
 from ..judging.questions import AskedRows, rows_from
+from ..judging.relations import MODES
 from ..worker.student import Tried
 from ..worker.wire import Change
 from .derivation import Derivation, turned
@@ -77,6 +78,7 @@ QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
     "the absolute angle of the {leg}distal bar": "absolute",
     "the {leg}passive joint": "relative",
 }
+FLIPPED = "Flip the mode alone: which of your answers change, and which must?"
 SIGNS = "Go through the signs of your formula: which terms add, and which subtract?"
 TERMS = "Derive the formula once more on paper: how many terms does it have?"
 NAMES = "Read each name in your formula: which leg, which bar, which derivative is it?"
@@ -326,6 +328,7 @@ def _related(old, new, quantity, others):
                     a, b = np.broadcast_arrays(*holds(old, new, value))
                     moves = np.ptp(a, axis=0).max() > CLOSE * np.abs(a).max()
                     if moves and (_alike(a, b) or but_for_sign and _alike(a, -b)):
+                        hint = FLIPPED if other in MODES else hint
                         return name.format(P=other, Q=quantity).removesuffix(" in "), hint
     return None
 

@@ -113,32 +113,44 @@ class Helped:
             answer = _answer(exercise, robot, row) if self.asked <= MOST_ASKED else None
             kept = self.rows.setdefault(name, (robot, []))
             more = answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT
-            if more or exercise.of_lists:
+            if exercise.of_lists:
                 kept[1].append(row)
+            elif more:
+                columns = np.broadcast_arrays(*row, [0])[:-1]
+                kept[1].extend(zip(*(column.tolist() for column in columns)))
             return answer
 
         return right
 
 
 def _answer(exercise, robot, row):
-    """Return the right answer to one row as lists, None where there is none."""
+    """Return the right answer to one row as lists, None where there is none.
+
+    Some arguments may be lists of numbers, as of a function that is called with arrays: so are the
+    answers then.
+    """
     if exercise.of_lists:
         return _answer_to_lists(exercise, robot, row)
     if len(row) != len(exercise.arguments):
         return None
-    columns = []
-    for name, value in zip(exercise.arguments, row):
-        if type(value) not in (int, float) or not abs(value) < 1e6:  # false for NaN
-            return None
-        columns.append(np.array([int(value) if name in MODES else value]))
     try:
         with np.errstate(all="ignore"):
+            given = np.broadcast_arrays(*(np.asarray(value) for value in row), [0.0])[:-1]
+            if any(each.ndim > 1 or each.dtype.kind not in "if" for each in given):
+                return None
+            if not (np.abs(given) < 1e6).all():  # false for NaN
+                return None
+            names = zip(exercise.arguments, given)
+            columns = [each.astype(int) if name in MODES else each for name, each in names]
             numbers = exercise.outcome(exercise.answer, robot, columns)
     except (ArithmeticError, ValueError, LookupError, TypeError):
         return None
     if not np.isfinite(numbers).all():
         return None
-    return [part[0].tolist() for part in exercise.parts(numbers)]
+    parts = exercise.parts(numbers)
+    if all(np.ndim(value) == 0 for value in row):
+        return [part[0].tolist() for part in parts]
+    return [np.moveaxis(part, 0, -1).tolist() for part in parts]
 
 
 def _answer_to_lists(exercise, robot, row):
