@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -146,13 +147,18 @@ def _closed(robot, x):
 def at_all(function: ca.Function, *inputs: np.ndarray) -> list[np.ndarray]:
     """Return a function's outputs for a batch, (*batch, rows, columns) or (*batch, rows)."""
     shape = inputs[0].shape[:-1]
-    outputs = function.call([each.reshape(-1, each.shape[-1]).T for each in inputs])
+    buffer: Any
+    buffer, run = function.map(math.prod(shape)).buffer()
+    given: list[Any] = [np.ascontiguousarray(each) for each in inputs]
+    for k, each in enumerate(given):
+        buffer.set_arg(k, memoryview(each))
     results = []
-    for k, output in enumerate(outputs):
+    for k in range(function.n_out()):
         rows, columns = function.size_out(k)
-        result = output.full().reshape(rows, -1, columns).transpose(1, 0, 2)
-        result = result.reshape(*shape, rows, columns)
-        results.append(result if columns > 1 else result[..., 0])
+        result: Any = np.empty((*shape, columns, rows))  # CasADi's matrices are stored by columns
+        buffer.set_res(k, memoryview(result))
+        results.append(result.swapaxes(-1, -2) if columns > 1 else result[..., 0, :])
+    run()
     return results
 
 
