@@ -122,11 +122,10 @@ def beside_type_1(robot: Robot, draw: np.random.Generator, sines: np.ndarray, le
     pose = igm(robot, xi, modes, unreachable="nan")
     others = np.abs([pose.sines[1 - leg], pose.det_A])
     good = np.min(others, axis=0) > MARGIN
-    first = []
-    for k, part in enumerate(good.reshape(n, TRIED)):
-        found = np.flatnonzero(part)[:1]
-        first.append(found + TRIED * k)
-    return _take(robot, xi, modes, np.concatenate(first), n)
+    of_each = good.reshape(n, TRIED)
+    known = np.flatnonzero(of_each.any(axis=1))
+    first = TRIED * known + of_each[known].argmax(axis=1)
+    return _take(robot, xi, modes, first, n)
 
 
 def beside_type_2(robot: Robot, draw: np.random.Generator, sines: np.ndarray) -> Pose:

@@ -177,14 +177,9 @@ class Advice:
                 ask.remark(f"judged with {count} in your {helper}, for which {mend.function} pays")
                 if is_named(check):
                     names.add(check.misconception)
-                self._renew(k, ask, left)
+                made = checked(check.name, check.title, check.max_points, ask.record, left)
+                self._checks.found[k] = made
         return names
-
-    def _renew(self, place, ask, error):
-        """Put a check in its place that ended with this error, None for a right one."""
-        check = self._checks.found[place]
-        made = checked(check.name, check.title, check.max_points, ask.record, error)
-        self._checks.found[place] = made
 
 
 def _of_another(rows, numbers):

@@ -56,7 +56,6 @@ class Place:
     moved: np.ndarray
     turns: bool
 
-    line = property(lambda self: self.told.line)
     function = property(lambda self: self.told.function)
     text = property(lambda self: self.told.old)
     is_argument = property(lambda self: self.told.kind == ARGUMENT)

@@ -21,19 +21,11 @@ from .relations import largest
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a
 # refusal.
-BROKEN = (
-    "NotImplementedError",
-    "NameError",
-    "UnboundLocalError",
-    "TypeError",
-    "AttributeError",
-    "ImportError",
-    "ModuleNotFoundError",
-    "SyntaxError",
-    "IndexError",
-    "KeyError",
-    "RecursionError",
-    "MemoryError",
+BROKEN = tuple(
+    (
+        "NotImplementedError NameError UnboundLocalError TypeError AttributeError ImportError"
+        " ModuleNotFoundError SyntaxError IndexError KeyError RecursionError MemoryError"
+    ).split()
 )
 
 
