@@ -154,13 +154,9 @@ def known_labs(folder: str | Path | None = None) -> list[Lab]:
     if folder is not None and not Path(folder).is_dir():
         raise UsageError(f"--labs: no folder {str(folder)!r}")
     place = SHIPPED if folder is None else Path(folder)
-    found = sorted(
-        path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py"))
-    )
-    return [
-        Lab(path.resolve())
-        for path in sorted(found, key=lambda path: not path.name.startswith("lab"))
-    ]
+    found = [path.parent for path in (*place.glob("test_lab.py"), *place.glob("*/test_lab.py"))]
+    found.sort(key=lambda path: (not path.name.startswith("lab"), path))
+    return [Lab(path.resolve()) for path in found]
 
 
 def find_lab(name: str, folder: str | Path | None = None) -> Lab:

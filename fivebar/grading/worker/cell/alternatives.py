@@ -215,13 +215,19 @@ def _is_given_by_name(place):
     return any(node is place.node and node.id == argument for node, argument in given)
 
 
-def _of_operation(place):
-    node = place.node
-    left, op, right = node.left, node.op, node.right
+def operators(op: ast.operator) -> Iterator[tuple[ast.operator, str]]:
+    """Yield the operators that may be meant by one, and what is then wrong."""
     for line in _OPERATORS.strip().splitlines():
         one, other, kind = line.split(" ", 2)
         if one == type(op).__name__:
-            yield 0, kind, ast.BinOp(left, getattr(ast, other)(), right)
+            yield getattr(ast, other)(), kind
+
+
+def _of_operation(place):
+    node = place.node
+    left, op, right = node.left, node.op, node.right
+    for other, kind in operators(op):
+        yield 0, kind, ast.BinOp(left, other, right)
     kind = "a factor" if isinstance(op, _FACTOR) else "a term"
     kind = "a square" if isinstance(op, ast.Pow) else kind
     yield 2, kind, left

@@ -18,7 +18,7 @@ from itertools import chain
 from typing import Any
 
 from additions import additions
-from alternatives import FIRST_ADDED, alternatives, places
+from alternatives import FIRST_ADDED, alternatives, operators, places
 from loading import deep
 from scopes import Scope, compiled, exchanged, other_leg, put_in, scopes, short
 from watched import Watched
@@ -301,8 +301,8 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
     for body in bodies:
         yield from _of_other_leg(body)
         for node in body:
-            if isinstance(node, ast.AugAssign):
-                yield from _of_update(node)
+            for other, kind in operators(node.op) if isinstance(node, ast.AugAssign) else ():
+                yield 0, kind, [node], [[ast.AugAssign(node.target, other, node.value)]]
 
 
 def _of_other_leg(body):
@@ -327,14 +327,6 @@ def _of_other_leg(body):
 def _leg_read(node):
     """Return an expression with the names of the other leg."""
     return ast.parse(other_leg(ast.unparse(node)), mode="eval").body
-
-
-def _of_update(node):
-    others = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
-    other = others.get(type(node.op))
-    if other:
-        kind = "a sign" if isinstance(node.op, ast.Add | ast.Sub) else "an operator"
-        yield 0, kind, [node], [[ast.AugAssign(node.target, other(), node.value)]]
 
 
 def _ordered(groups):
