@@ -57,7 +57,7 @@ def reply(data: dict, lines: list[str]) -> Reply:
     if not isinstance(kind, str) or kind not in KINDS or not isinstance(data.get("t", ""), str):
         raise Garbled("a message of no known kind")
     seconds = data.get("s", 0.0)
-    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds < 1e6:
+    if type(seconds) not in (int, float) or not 0 <= seconds < 1e6:
         raise Garbled("a message with no duration")
     line, source = place(data.get("l"), lines)
     found = value(data.get("v")) if kind == "value" else None
@@ -117,9 +117,8 @@ def told(data: object) -> list[Change]:
     changes = []
     for row in data:
         line, *words = row if isinstance(row, list) and row else [None]
-        if type(line) is not int or len(words) != 4:
-            raise Garbled("a change that is none")
-        if not all(isinstance(word, str) for word in words):
+        are_words = all(isinstance(word, str) for word in words)
+        if type(line) is not int or len(words) != 4 or not are_words:
             raise Garbled("a change that is none")
         changes.append(Change(line, *map(clean, words)))
     return changes
