@@ -356,6 +356,7 @@ def _of_call(place):
     if len(arguments) == 1:
         if name.endswith("inv"):
             yield 2, "an inverse", arguments[0]
+            yield 2, "an inverse", transposed(arguments[0])
     elif len(arguments) <= MOST_ARGUMENTS:
         for order in [*permutations(arguments)][1:]:
             yield 1, "the order", ast.Call(node.func, [*order], keywords)
