@@ -933,6 +933,14 @@ def test_a_full_disk_behind_stdout_is_said(here, monkeypatch, capsys):
     assert capsys.readouterr().err == "fivebar: stdout: No space left on device\n"
 
 
+def test_options_after_a_script_are_the_commands(here, capsys):
+    (here / "mine.py").write_text("", "utf-8")
+    with pytest.raises(SystemExit) as ended:
+        main(["run", "mine.py", "--until", "soon"])
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert ended.value.code == 2 and said.startswith("fivebar run: error: argument --until: ")
+
+
 def test_help_says_what_is_the_scripts(capsys):
     with pytest.raises(SystemExit):
         main(["run", "--help"])
@@ -1536,3 +1544,19 @@ def test_a_marked_script_says_its_points_and_writes_its_files(here, ran, monkeyp
     told = ran(words, 1)
     assert told.err.splitlines() == ["fivebar run: no robot", "fivebar: --mark 2: no mark"]
     assert ran("run control.py --mark 2 --until 0", 2).err
+
+
+def test_designs_of_a_sweep_are_those_of_python(here, given):
+    from fivebar.optimal_design.designs import sample, triangle
+
+    found = given("optimal_design.sweeping.sweep")
+    bounds = {"l1": (0.1, 0.2), "l2": (0.1, 0.3)}
+    for words, expected in (
+        ("--triangle 4", triangle(4)),
+        ("--sample 6 --seed 3 --bound l1=0.1:0.2 --bound l2=0.1:0.3", sample(bounds, 6, 3)),
+    ):
+        with pytest.raises(Reached):
+            main(f"sweep bars {words}".split())
+        assert found[1].names == expected.names
+        own, pythons = (np.concatenate(list(each.chunks(100))) for each in (found[1], expected))
+        np.testing.assert_array_equal(own, pythons)

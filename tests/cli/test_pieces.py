@@ -304,11 +304,20 @@ def test_how_a_script_ended_is_its_trouble(reply, trouble, tmp_path, monkeypatch
     script, gains = tmp_path / "control.py", tmp_path / "gains.py"
     script.write_text("import gains\n", encoding="utf-8")
     gains.write_text("KP = 1\n", encoding="utf-8")
-    tried = mark._of_script(script, ["--fast"], ("task1", 1.0, "process"))
+    models, data = tmp_path / "other" / "models.py", tmp_path / "data.txt"
+    models.parent.mkdir()
+    models.write_text("M = 2\n", encoding="utf-8")
+    data.write_text("1 2\n", encoding="utf-8")
+    # Of its arguments the .py files that are there can be imported, too.
+    words = ["--fast", str(models), str(data), "none.py"]
+    tried = mark._of_script(script, words, ("task1", 1.0, "process"))
+    assert FakeStudent.modules["models"] == "M = 2\n"
+    assert not {"data", "none"} & set(FakeStudent.modules)
     assert tried.said == "said" and tried.student == "control" and tried.name == "control.py"
     assert FakeStudent.modules["gains"] == "KP = 1\n"
+    assert sorted(FakeStudent.asked[0][3]) == ["gains", "models"]
     ((text, name, rest, modules),) = FakeStudent.asked
-    assert (text, name, rest, modules) == ("import gains\n", "control.py", ["--fast"], ["gains"])
+    assert (text, name, rest) == ("import gains\n", "control.py", words)
     submission, isolate, *limits = FakeStudent.made
     program, lab = confined_program()
     assert submission == Submission("control.py", program) and isolate == "process"

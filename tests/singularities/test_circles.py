@@ -194,3 +194,15 @@ def test_a_bend_is_compared_by_the_sine_of_its_difference():
         found = least_margin(pose, -2.0, -2.0, {(leg, side): (np.cos(angle), np.sin(angle))})
         from_line = bent[:, leg] if side > 0 else np.pi - bent[:, leg]
         np.testing.assert_allclose(found, np.sin(from_line - angle), atol=1e-12)
+
+
+def test_a_circle_may_have_an_angle_of_its_own():
+    """Its radius is the root of l1^2 + l2^2 +- 2 l1 l2 cos of that angle."""
+    robot = fb.FiveBar(0.1, 0.14, 0.09, 0.13, 0.11)
+    circles = LegCircles(robot, 0.6, {(1, -1): (0.28, 0.96)})
+    for leg, (l1, l2) in enumerate(((0.1, 0.14), (0.09, 0.13))):
+        for side in (-1, 1):
+            cosine, sine = (0.28, 0.96) if (leg, side) == (1, -1) else (0.8, 0.6)
+            assert circles.bend(leg, side) == pytest.approx((cosine, sine))
+            radius = np.sqrt(l1**2 + l2**2 + side * 2 * l1 * l2 * cosine)
+            assert circles.radius(leg, side) == pytest.approx(radius)

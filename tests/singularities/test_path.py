@@ -108,6 +108,10 @@ def test_the_largest_force_on_a_path_under_gravity_is_that_of_its_hardest_moment
     force = robot.m * (path(np.linspace(0, path.duration, 20001))[2] - (0.3, -9.81))
     hardest = np.linalg.norm(force, axis=1).max()
     assert largest_force(robot, path, (-1, -1), np.nan) == pytest.approx(hardest, rel=1e-6)
+    # Where the robot reaches none of it, m (xi'' - g) bounds the force.
+    beyond = quintic((2.0, 0.1), (2.1, 0.1), 0.31)
+    bound = robot.m * (3.0 + np.hypot(0.3, 9.81))
+    assert largest_force(robot, beyond, (-1, -1), 3.0) == pytest.approx(bound, rel=1e-12)
 
 
 HEAVY = dict(
