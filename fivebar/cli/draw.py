@@ -121,7 +121,7 @@ def _draw(arguments):
         if arguments.lead is not None:
             positive(arguments.lead, "--lead")
         backlash = not_negative(arguments.backlash or 0.0, "--backlash")
-    path = _read(arguments)
+    path = _read(arguments, machine)
     print_notes(arguments.drawing, path.notes)
     if arguments.as_drawn:  # elsewhere it is a shape
         machine = machine_for(arguments, machine, arguments.drawing, path)
@@ -169,7 +169,7 @@ def _draw(arguments):
         print_json({**figures, "notes": path.notes, "files": files})
         return
     print_frames(arguments, machine, *(file for file in files if file.name == "run.csv"))
-    _print(arguments, machine.robot, figures)
+    _print(arguments, machine, figures)
     print_files(files)
 
 
@@ -242,8 +242,10 @@ def _say_leaps(machine, motion, run, off, size):
         )
 
 
-def _read(arguments):
-    """Return the Path of the drawing, in its own place."""
+def _read(arguments, machine):
+    """Return the Path of the drawing, in its own place; for a limit on jerk its curvature does not
+    jump.
+    """
     from ..paths.reading.read import EXAMPLE, path
 
     if arguments.example == (arguments.drawing is not None):
@@ -253,6 +255,7 @@ def _read(arguments):
         return path(
             arguments.drawing,
             deviation=arguments.deviation,
+            curvature=machine.constraints.jerk is not None,
             units=arguments.units,
             pen_values=None if arguments.format == "gcode" else arguments.pen_values,
             columns=arguments.columns,
@@ -296,7 +299,7 @@ def _timed(arguments, machine, path, working):
     known = Limits.of(constraints)
     if known == Limits():
         constraints = replace(constraints, **USUAL)
-    elif arguments.duration is None and not known.forces:
+    elif arguments.duration is None and not (known.forces or known.jerk):
         constraints = replace(constraints, acceleration=USUAL["acceleration"])
     drives = Constraints(motors=constraints.motors)
     if constraints.torque is not None:
@@ -319,9 +322,9 @@ def _timed(arguments, machine, path, working):
             if constraints.torque is not None and arguments.reserve:
                 words += f"; --reserve keeps {arguments.reserve:.3g} of the limit for the tracker"
             raise TimingError(words, error.s, error.proved) from None
-    if duration is None and motion.gap > SLOW:
+    if duration is None and motion.gap > SLOW and motion.lower_bound:
         words = f"slow: {slowness(motion)}"
-        if not arguments.accept_slow:
+        if not (arguments.accept_slow or known.jerk):  # the bound leaves the jerk out
             raise ValueError(f"{words}. Nothing is written without --accept-slow")
         print(f"fivebar: {words}", file=sys.stderr)
     return motion, drives
@@ -422,15 +425,19 @@ def _picture(arguments, machine, motion, drawn, page):
     return file
 
 
-def _print(arguments, robot, figures):
+def _print(arguments, machine, figures):
     from ..visualization.style import length
 
     x, y = (1e3 * value for value in figures["middle"])
     least = figures["lower_bound_s"]
-    if arguments.duration is None:
+    jerky = machine.constraints.jerk is not None
+    near = ", as asked for" if arguments.duration is not None else ""
+    if least and jerky:
+        near += f"; without the limit on jerk the least is {least:.4g} s"
+    elif least and near:
+        near += f"; the least is {least:.4g} s"
+    elif least:
         near = f", within {100 * (figures['duration_s'] / least - 1):.2g} % of the least possible"
-    else:
-        near = f", as asked for; the least is {least:.4g} s" if least else ", as asked for"
     drawn = 1e3 * figures["drawn_m"]
     rows = [
         ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
@@ -450,7 +457,7 @@ def _print(arguments, robot, figures):
         rows.append(
             ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²")
         )
-        rows.append(peak_row(robot, figures))
+        rows.append(peak_row(machine.robot, figures))
     if "lines" in figures:
         lines = f"{figures['lines']} lines, at most {figures['lines_per_s']:.4g} a second"
         rows.append(("G-code", lines))

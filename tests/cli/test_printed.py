@@ -31,7 +31,7 @@ def test_the_table_of_a_drawing(capsys):
     }
     for asked, words in ((None, "within 1 % of the least possible"), (2.02, "the least is 2 s")):
         arguments = SimpleNamespace(duration=asked)
-        draw._print(arguments, fb.FiveBar(), figures)
+        draw._print(arguments, fb.Machine(fb.FiveBar()), figures)
         rows = dict(line.strip().split("  ", 1) for line in capsys.readouterr().out.splitlines())
         rows = {name: text.strip() for name, text in rows.items()}
         assert words in rows["time"]

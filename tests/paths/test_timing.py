@@ -316,7 +316,6 @@ VERTICAL = ROBOTS["vertical"][0]
 REFUSED = [
     (dict(path=ACROSS), dict(jerk=10.0), fb.SingularityError, "not known across Type 2"),
     (dict(path=KINKED), dict(jerk=10.0), ValueError, r"curvature does not jump.* s = 0\.02 m"),
-    (dict(duration=1.0), dict(torque=None, jerk=10.0), ValueError, "jerk needs a torque"),
     (
         dict(path=Path((Line(HOME, (0.3, 0.1)),))),
         {},

@@ -88,7 +88,7 @@ def test_a_motion_rests_as_long_as_it_waits():
         assert place(clock, np.array(t))[1:] == (0.0, 0.0)
     assert place(clock, np.array(middle))[0] == pytest.approx(clock.s[3])
     k, gone, speed, push = clock.along(np.linspace(0.11, middle - 0.11, 50))
-    square = clock.x[k] + 2 * clock._push[k] * gone + clock.bent[k] * gone**2
+    square = clock.x[k] + 2 * clock.pushes[k] * gone + clock.bent[k] * gone**2
     np.testing.assert_allclose(speed**2, square, rtol=1e-9, atol=1e-12)
     begins = clock.times[:-1]
     edges = np.concatenate([begins, begins + clock.taken])
@@ -688,19 +688,20 @@ def test_times_that_are_no_numbers():
 def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
     """Only the moving is slowed down: rests stay as long as the path asks for."""
     monkeypatch.setattr(jerk, "_paced", lambda motion: replace(motion, pace=pace))
-    fastest = jerk.smoothed([timed()])
+    plain = replace(timed(), limits=Limits(jerk=10.0))
+    fastest = jerk.smoothed(plain, lambda feeds: plain)
     wanted = fastest.duration + 0.5
-    motion = jerk.smoothed([timed()], wanted)
+    motion = jerk.smoothed(plain, lambda feeds: plain, wanted)
     assert motion.duration == pytest.approx(wanted) and motion.smooth == fastest.smooth
     assert motion.pace / pace == pytest.approx((wanted - 0.75) / (fastest.duration - 0.75))
     with pytest.raises(
         TimingError, match="is less than .* s, the least that was found with this"
     ) as e:
-        jerk.smoothed([timed()], fastest.duration * 0.99)
+        jerk.smoothed(plain, lambda feeds: plain, fastest.duration * 0.99)
     assert not e.value.proved and e.value.s == 0.0
     crossing = replace(timed(), crossing=np.arange(7) == 3)
     with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
-        jerk.smoothed([crossing])
+        jerk.smoothed(crossing, lambda feeds: crossing)
 
 
 def curved():

@@ -74,7 +74,9 @@ class Clock:
             behind = self._mean(t)[0] < self.s[k]
             low = np.where(behind, t, low)
             high = np.where(behind, high, t)
-        return high
+        # The mean comes to rest when the rest ends, or w after the end: not to rounding before.
+        at_rest = plain + self.smooth * (k == len(self.length))
+        return np.where(self.x[k] == 0, at_rest, high)
 
     @property
     def breaks(self) -> np.ndarray:
@@ -110,7 +112,7 @@ class Clock:
         dt = np.clip(t - begins[k], 0.0, taken[k])
         bent = self.bent[k]
         v0 = np.sqrt(self.x[k])
-        u0 = self._push[k]
+        u0 = self.pushes[k]
         c0, c1, c2, _ = _stumpff(bent * dt * dt)
         gone = np.clip(v0 * dt * c1 + u0 * dt * dt * c2, 0.0, self.length[k])
         push = u0 + bent * gone
@@ -120,7 +122,8 @@ class Clock:
         return (k, gone, np.where(rests, 0.0, speed), np.where(rests, 0.0, push))
 
     @cached_property
-    def _push(self):
+    def pushes(self) -> np.ndarray:
+        """s'' where each stretch begins (n,), without averaging."""
         return np.diff(self.x) / (2 * self.length) - self.bent * self.length / 2
 
     def _sum(self, t, k):
@@ -139,7 +142,7 @@ class Clock:
     def _own_sum(self, k, dt):
         """Return the integral of s on stretch k, dt after its begin."""
         _, _, c2, c3 = _stumpff(self.bent[k] * dt * dt)
-        moved = np.sqrt(self.x[k]) * c2 + dt * self._push[k] * c3
+        moved = np.sqrt(self.x[k]) * c2 + dt * self.pushes[k] * c3
         return dt * (self.s[k] + dt * moved)
 
 

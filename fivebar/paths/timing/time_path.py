@@ -22,7 +22,7 @@ from ...models.geometry import igm
 from ...models.physics import physics_of
 from ..curve import Path
 from .constraint_rows import Limits
-from .jerk import eased, refuse_kinks, smoothed
+from .jerk import enough, refuse_kinks, smoothed
 from .mesh import mesh_of
 from .refusals import where
 from .slower import slowed
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from ...models.robots import Robot
 
 SLOW = 0.01  # of its lower bound: a motion that takes so much longer is warned of
+ROUGH = 0.01  # gap of motions that are averaged for a limit on jerk
 JERKY = 2.0  # times its lower bound more, where the jerk is limited
 AMPLE = 4.0  # times the torques that hold the robot, where none are given
 
@@ -58,7 +59,7 @@ def time_path(
     The limits hold everywhere, not only at samples. No motion along the path within them takes less
     than `lower_bound`. Both hold with gravity and with viscous and dry friction, up to rounding:
     the limits are shifted by 1e-9 of themselves. A limit on jerk is kept at places as close as one
-    likes, but without a proof; the lower bound is then that without it.
+    likes, but without a proof; the lower bound is then that without it, or 0 of a jerk alone.
 
     Parameters
     ----------
@@ -119,10 +120,10 @@ def time_path(
     asked = Limits.of(constraints)
     gap = number(gap, "gap", 1e-7, 1.0)
     max_time = number(max_time, "max_time", 0.0, math.inf, above=True)
-    if duration is None and not asked.forces:
+    if duration is None and not (asked.forces or asked.jerk):
         raise ValueError(
-            "time_path: a least time needs a torque, an acceleration or a joint_acceleration among"
-            " the constraints: without, it is that of infinite forces"
+            "time_path: a least time needs a torque, an acceleration, a joint_acceleration or a"
+            " jerk among the constraints: without, it is that of infinite forces"
         )
     if asked == Limits(torque=asked.torque) and not any((*robot.inertias, robot.m)):
         raise ValueError(
@@ -139,22 +140,20 @@ def time_path(
             raise ValueError(f"time_path: {what} at {where(path, each.worst)}")
     mesh = mesh_of(robot, path, working)
     if asked.jerk is not None:
+        limits = asked
         if not asked.forces:
-            raise ValueError("time_path: jerk needs a torque or an acceleration beside it")
-        motions = [_timed(asked, *refined(mesh, asked, gap, until))]
-        slower = eased(path, asked.jerk)
-        if slower.feed != path.feed:
-            motion = _timed(asked, *refined(replace(mesh, path=slower), asked, gap, until))
-            bound = motions[0].lower_bound
-            motions.append(replace(motion, path=path, lower_bound=bound))
-        best = smoothed(motions, duration)
-        if duration is None and best.gap > JERKY:
-            warn(
-                f"time_path: with the limit on jerk the motion takes {best.duration:.4g} s; the"
-                f" bound without it is {best.lower_bound:.4g} s. A larger deviation at the corners"
-                " may help",
-                RuntimeWarning,
-            )
+            limits = replace(asked, acceleration=enough(path, asked))
+        motion = _timed(asked, *refined(mesh, limits, gap, until))
+        motion = replace(motion, lower_bound=motion.lower_bound * asked.forces)
+
+        def with_feeds(feeds):
+            slower = replace(mesh, path=replace(path, feed=tuple(feeds.tolist())))
+            slow = _timed(asked, *refined(slower, limits, max(gap, ROUGH), until))
+            return replace(slow, path=path, lower_bound=motion.lower_bound)
+
+        best = smoothed(motion, with_feeds, duration, until)
+        if duration is None and best.lower_bound and best.gap > JERKY:
+            warn(f"time_path: {slowness(best)}", RuntimeWarning)
         return best
     if duration is None:
         motion = _timed(asked, *refined(mesh, asked, gap, until))
@@ -189,10 +188,15 @@ def time_path(
 
 def slowness(motion: TimedPath) -> str:
     """Say how much longer a motion may take than it has to."""
+    least = f"{motion.lower_bound:.4g} s"
+    words = f"it is proved only that none takes less than {least}"
+    help_ = "A larger deviation at the corners may help"
+    if motion.limits.jerk:
+        words = f"that of {least} leaves the limit on jerk out"
+        help_ += ", or none, with which it rests there"
     return (
-        f"the motion takes {motion.duration:.4g} s, {100 * motion.gap:.3g} % over the bound: it is"
-        f" proved only that none takes less than {motion.lower_bound:.4g} s. A larger deviation at"
-        " the corners may help"
+        f"the motion takes {motion.duration:.4g} s, {100 * motion.gap:.3g} % over the bound:"
+        f" {words}. {help_}"
     )
 
 
