@@ -159,7 +159,7 @@ def test_curvatures_that_jump_are_named():
     arc = fb.paths.pieces.Arc((0.0, 0.02), 0.02, -math.pi / 2, 0.0)
     path = Path((Line((-0.05, 0.0), (0.0, 0.0)), arc))
     words = (
-        "as it does at s = 0.05 m of 0.0814159, joint C at .*, 0. m in the robot's own frame: fi"
+        "as it does at s = 0.05 m of 0.0814159, joint C at .*, 0. m in the robot's own frame: with"
     )
     with pytest.raises(ValueError, match=words):
         refuse_kinks(path)

@@ -4,9 +4,10 @@ The mean of s over [t - w, t] has s''' = (s''(t) - s''(t - w)) / w, which is fin
 rest w later. The w with which a straight path is fastest is sought. The mean passes small blends
 faster than the motion itself, so that is slowed down on each piece where too much is asked for,
 again and again. What is left is met by a slower pace of the whole. It is not promised that nothing
-is faster (where the jerk rules, it takes a fifth longer than the best); the lower bound stays that
-of the motion without the limit. The limits are looked at beside all times at which a derivative
-jumps, at PLACES in between, and at FEWEST places of the whole motion at least.
+is faster: where the jerk rules, it takes a fifth longer than the best, and with tiny blends it may
+take longer than with rests at the corners. The lower bound stays that without the limit. The
+limits are looked at beside all times at which a derivative jumps, at PLACES in between, and at
+FEWEST places of the whole motion at least.
 """
 
 from __future__ import annotations
