@@ -30,7 +30,6 @@ from .solve import TimingError
 
 if TYPE_CHECKING:
     from ..curve import Path
-    from .constraint_rows import Limits
     from .timed_path import TimedPath
 
 PLACES = 7  # between two times at which a derivative jumps
@@ -98,17 +97,15 @@ def eased(path: Path, jerk: float) -> np.ndarray:
     return np.minimum(path.feed, speed)
 
 
-def enough(path: Path, limits: Limits) -> float:
+def enough(path: Path, jerk: float, speed: float | None) -> float:
     """Return the largest acceleration, m/s^2, that is of use where the jerk is limited.
 
     Of a straight way L between two rests, the mean of a motion with a = (j^2 L / 4)^(1/3) takes
     least; sqrt(v j) is reached on the way to a speed v.
     """
     length = np.diff([stop.s for stop in path.stops]).max()
-    acceleration = np.cbrt(limits.jerk**2 * length / 4)
-    if limits.speed:
-        acceleration = min(acceleration, np.sqrt(limits.speed * limits.jerk))
-    return float(acceleration)
+    acceleration = np.cbrt(jerk**2 * length / 4)
+    return float(min(acceleration, np.sqrt((speed or np.inf) * jerk)))
 
 
 def smoothed(
@@ -123,7 +120,7 @@ def smoothed(
     thread's processor time, s, after which no slower motion is tried.
     """
     refuse_crossing(motion)
-    feeds = eased(motion.path, motion.limits.jerk)
+    feeds = eased(motion.path, motion.limits.jerk or np.inf)
     slow = with_feeds(feeds)
     dips = _dips(motion, feeds)
     rests = np.count_nonzero(motion.x == 0) - 1

@@ -142,7 +142,7 @@ def time_path(
     if asked.jerk is not None:
         limits = asked
         if not asked.forces:
-            limits = replace(asked, acceleration=enough(path, asked))
+            limits = replace(asked, acceleration=enough(path, asked.jerk, asked.speed))
         motion = _timed(asked, *refined(mesh, limits, gap, until))
         motion = replace(motion, lower_bound=motion.lower_bound * asked.forces)
 
