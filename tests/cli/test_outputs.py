@@ -1195,10 +1195,10 @@ def test_what_a_path_is_read_with(here, given):
     shared = {0: "line.csv", "deviation": 1e-3, "units": "mm", "columns": ["x=East"]}
     with pytest.raises(Reached):
         main(f"draw {more} --pen-values 1 5".split())
-    assert read == shared | {"pen_values": [1.0, 5.0]}
+    assert read == shared | {"pen_values": [1.0, 5.0], "curvature": False}
     with pytest.raises(Reached):
         main(f"draw {more} --pen-values 1 5 --format gcode --pen Z".split())
-    assert read == shared | {"pen_values": None}
+    assert read == shared | {"pen_values": None, "curvature": False}
     read.clear()
     with pytest.raises(Reached):
         main(f"certify {more} --shift 0.1 0.2 --turn-deg 90 --scale 2".split())

@@ -314,8 +314,8 @@ def written(table, *arguments):
 )
 def test_a_file_of_setpoints_has_the_drives_readings(angles, factor):
     frame = fb.Placement((0.3, -0.1), 0.7, 2.0)
-    machine = fb.Machine(ROBOT, (0.1, -0.2), (2.0, -0.5), frame, tool=fb.Tool(1, 0.01, 0.002))
-    table = setpoints(ROBOT, MOTION, 20.0)
+    machine = fb.Machine(ROBOT, (0.1, -0.2), (2.0, -0.5), frame)
+    table = setpoints(ROBOT, MOTION, 20.0, tool=fb.Tool(1, 0.01, 0.002))
     about, names, rows = written(table, angles, machine)
     ending = {"rad": "", "deg": "_deg", "turns": "_turns"}[angles]
     joints = [f"{name}{ending}" for name in ("q1", "q2", "q1_dot", "q2_dot")]
@@ -331,7 +331,8 @@ def test_a_file_of_setpoints_has_the_drives_readings(angles, factor):
     assert about["tool"] == {"leg": 1, "along": 0.01, "across": 0.002}
     assert about["frame"] == {"shift": [0.3, -0.1], "turn": 0.7, "scale": 2.0}
     assert about.get("angles", "rad") == angles
-    assert set(written(table)[0]) == {"robot", "working"}
+    assert set(written(table)[0]) == {"robot", "working", "tool"}
+    assert set(written(setpoints(ROBOT, MOTION, 20.0))[0]) == {"robot", "working"}
 
 
 def test_which_modes_a_machine_was_calibrated_in():
