@@ -83,6 +83,12 @@ class Pieces:
     def widths(self) -> np.ndarray:
         return np.diff(self.knots)
 
+    @property
+    def effort(self) -> float:
+        """The integral of the squares of the torques."""
+        tau = self.scheme.square @ self.scheme.to_power @ self.tau
+        return float(self.widths @ np.square(tau).sum(axis=(1, 2)))
+
     def locate(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return interval and place in it, in [0, 1], of times (...) in s."""
         k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.xi) - 1)

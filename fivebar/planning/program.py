@@ -25,6 +25,7 @@ MOST_ITERATIONS = 200
 # Of the coordinates' units, about a stop: its conditions hold in other poses too, far away.
 NEAR_STOP = 0.1
 REGULARIZING = 1e-6  # weight of the objective where the violation of limits is minimized
+CHOOSING = 1e-3  # of the time: the weight of torques at their limits, where many take least time
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +75,8 @@ def solve(
     start = {"x0": program.values(guess)} | program.bounds() | limits
     result, stats = minimized("plan", nlp, options, **start)
     pieces, durations, controls, slack = program.in_si(result["x"].full().ravel())
-    objective = float(result["f"]) * interval.cost_unit
+    choosing = interval.choosing * pieces.effort
+    objective = float(result["f"]) * interval.cost_unit - choosing
     status = stats["return_status"]
     iterations = int(stats["iter_count"])
     return PlanSolution(pieces, durations, controls, slack, objective, status, iterations)
@@ -125,6 +127,7 @@ class Interval:
         dynamics, self.tau, self.sines, self.q_dot, self.xi_ddot, self.clearances, self.own = (
             ca.horzcat(*each) for each in zip(*points)
         )
+        self.choosing = self._choosing()
         own_mean = self._own_mean(rule.nodes(knots_of(mesh, durations)), guess)
         self.cost, self.cost_unit = self._cost(own_mean)
         self.kept = []
@@ -174,12 +177,28 @@ class Interval:
         self.keep(self.clearances, 0.0, np.inf, "poses")
         self.keep(self.own[1:, :], 0.0, np.inf, "functions")
 
+    def _choosing(self):
+        """Return a weight of effort that does not count in the objective.
+
+        Where one motor is as fast as it may be, many torques of the other take as little time, and
+        those that are found would leap from point to point.
+        """
+        limits = self.problem.constraints
+        weights = self.problem.weights
+        most = limits.torque
+        if limits.motors is not None:
+            most, _ = at_joints(limits.motors)
+        if limits.joint_speed is None or most is None or weights["effort"]:
+            return 0.0
+        return CHOOSING * weights["time"] / float(np.mean(np.square(most)))
+
     def _cost(self, own_mean):
         """Return the weighted objective over its unit, and this; integrals of squares are exact."""
         rule = self.rule
         quadrature = rule.powers(1.0)[1]
         has_own = self.problem.own is not None and bool(self.problem.own.costs)
         weights = self.problem.weights | {"own": float(has_own)}
+        weights["effort"] += self.choosing
         terms = {
             "effort": self.h * ca.sumsqr(self.tau @ (rule.square @ rule.to_power).T),
             "time": self.h,

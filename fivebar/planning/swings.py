@@ -47,19 +47,19 @@ def swings(
     efforts = [(each**2).sum(axis=(1, 2)) * h / shooting.torque**2 for each in (push, pull)]
     total = efforts[0][:, None] + efforts[1] + gaps * time
     best = np.argsort(total, axis=None)[:BEST]
-    i, j = np.unravel_index(best, total.shape)
-    tails = back[j, ::-1] + whole[i, j][:, None]
-    x = np.concatenate([there[i, :-1], (there[i, -1:] + tails[:, :1]) / 2, tails[:, 1:]], axis=1)
-    bars = x[:, :: max(half // 10, 1), :4] / shooting.units[:4]
-    chosen: list[int] = []
-    left = np.arange(len(x))
-    while len(left) and len(chosen) < most:
-        chosen.append(left[0])
-        left = left[np.abs(bars[left] - bars[left[0]]).max(axis=(1, 2)) > APART]
-    x = x[chosen]
-    torques = np.concatenate([push[i[chosen]], pull[j[chosen], ::-1]], axis=1)
+    chosen: list[np.ndarray] = []
+    torques = []
+    for i, j in zip(*np.unravel_index(best, total.shape)):
+        tail = back[j, ::-1] + whole[i, j]
+        x = np.concatenate([there[i, :-1], (there[i, -1:] + tail[:1]) / 2, tail[1:]])
+        bars = x[:, :4] / shooting.units[:4]
+        if all(np.abs(bars - one[:, :4] / shooting.units[:4]).max() > APART for one in chosen):
+            chosen.append(x)
+            torques.append(np.concatenate([push[i], pull[j, ::-1]]))
+        if len(chosen) == most:
+            break
     times = np.tile(np.linspace(0, duration, 2 * half + 1), (len(chosen), 1))
-    return Motions(shooting, x, torques, times, np.array([0, 2 * half]))
+    return Motions(shooting, np.array(chosen), np.array(torques), times, np.array([0, 2 * half]))
 
 
 def _sampled(shooting, bars, count, h, rng):

@@ -232,3 +232,19 @@ def test_a_plan_keeps_to_the_line_of_its_motors():
     assert 0.999 < share.max() < 1.002
     assert 1.001 * free.objective < plan.objective < 1.5 * free.objective
     assert plan.saturated == pytest.approx(np.mean(share >= 0.999), abs=0.02)
+
+
+def test_least_time_where_many_torques_take_as_little():
+    """One motor is as fast as it may be: the torques of the other must not leap from node to node."""
+    robot = fb.FiveBar(0.08, 0.1, 0.08, 0.1, 0.06, zz1=9e-4, zz2=9e-4, m=0.15)
+    limits = fb.Constraints(torque=0.9, joint_speed=6.3)
+    start, goal = (fb.igm(robot, xi, (-1, -1)) for xi in ((0.03, 0.1), (-0.03, 0.12)))
+    plan = fb.plan(robot, start, goal, objective="time", constraints=limits)
+    assert plan.error <= 1e-3 and plan.objective == pytest.approx(plan.duration, rel=1e-12)
+    turned = np.abs(goal.q - start.q).max()
+    assert turned / 6.3 < plan.duration < 1.1 * turned / 6.3
+    t = np.linspace(0, plan.duration, 2001)
+    q, q_dot = plan.joints(t)
+    assert np.abs(q_dot).max() < 6.3 * (1 + 1e-3) and np.abs(plan.torques(t)).max() < 0.9 * (
+        1 + 1e-3
+    )
