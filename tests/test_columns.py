@@ -221,3 +221,10 @@ def test_a_given_unit_stands_in_place_of_an_unknown_word_in_brackets():
     for heading, units in (("q1 (Grad)", ()), ("q1 (Drehung)", ["q1=deg"]), ("q1 [grados]", ())):
         table = columns.read(io.StringIO(f"{heading};b\n180;1\n"), wanted, units)
         assert table.values["q1"] == pytest.approx([np.pi])
+
+
+@pytest.mark.parametrize("about", ["5", "[1]", "null", "{"])
+def test_a_first_line_that_is_no_mapping_is_refused(about):
+    text = f"# fivebar setpoints, SI units: {about}\nt,x\n0,1\n1,2\n"
+    with pytest.raises(ValueError, match="line 1: not of a file of setpoints"):
+        columns.read(io.StringIO(text), {"t": TIME, "x": Quantity((), METRES)})

@@ -32,7 +32,7 @@ from .headings import (
     units_by_name,
     units_named,
 )
-from .tables import TextFile, arrays_in, whole_text
+from .tables import STRANGE, TextFile, arrays_in, whole_text
 from .units import SECONDS, unit_named
 
 EPOCH = 5e8  # s since 1970, in 1985: later times are dates
@@ -273,10 +273,10 @@ def _origin(comment, calls, name):
     if kind != "setpoints":
         return None
     try:
-        known = json.loads(about)
-    except ValueError as error:
+        told = json.loads(about).keys()
+    except STRANGE as error:
         raise ValueError(f"{name}, line {line}: not of a file of setpoints: {error}") from None
-    return Origin("tool" in known, "frame" in known)
+    return Origin("tool" in told, "frame" in told)
 
 
 def _since_1970(values, stated, notes):

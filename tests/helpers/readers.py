@@ -42,6 +42,7 @@ from tests.helpers import DATA, functions_with
 
 ROBOT = fb.FiveBar()
 POINTS = "t,x,y\n" + "".join(f"{k / 9!r},{0.09 - k * 0.001!r},0.068\n" for k in range(10))
+SETPOINTS = b'# fivebar setpoints, SI units: {"working": [-1, -1], "frame": {"turn": 0.1}}\n'
 SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="20mm" height="20mm" viewBox="0 0 20 20">
 <path d="M 2 2 L 18 2 A 5 5 0 0 1 18 12 C 10 18 6 14 2 12 Z" fill="none" transform="rotate(10)"/>
 <circle cx="9" cy="9" r="3"/></svg>"""
@@ -197,7 +198,7 @@ def readers():
         "columns": Reader(
             lambda path: columns.read(path, wanted),
             "it.csv",
-            (points, b"t (ms)\tx_mm\n1\t2\n2\t3\n"),
+            (points, b"t (ms)\tx_mm\n1\t2\n2\t3\n", SETPOINTS + points),
         ),
         "Run": Reader(fb.Run.from_csv, "it.csv", (_text(run.to_csv),)),
         "Plan": Reader(fb.Plan.from_csv, "it.csv", (_text(plan.to_csv),)),
@@ -328,6 +329,7 @@ def _zipped(content):
 # Who reads, and the reader above through which it is fuzzed.
 COVERS = {
     "base.columns:_numbers": "columns",
+    "base.columns:_origin": "columns",
     "base.tables:whole_text": "columns",
     "base.tables:arrays_in": "Map",
     "grading.course.cohort:begin": "state",
