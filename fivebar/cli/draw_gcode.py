@@ -82,8 +82,8 @@ def machine_of_axes(arguments, machine, dialect):
     used = used_options(arguments, "sign", "zero_deg")
     angles = used_options(arguments, "zero_deg", "approach_deg", "mm_per_turn")
     if angles and not machine.robot.turns:
-        option = next(iter(angles)).replace("_", "-")
-        raise UsageError(f"--{option}: the joints of a biglide slide; their axes are in mm")
+        option = option_of(next(iter(angles)))
+        raise UsageError(f"{option}: the joints of a biglide slide; their axes are in mm")
     if dialect is None or not used:
         return machine
     if machine.reads_otherwise:

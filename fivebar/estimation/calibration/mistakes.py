@@ -14,7 +14,7 @@ from numpy import ndarray
 
 from ...base.backend import wrap
 from .fit import CLEAR, LeastSquares
-from .measured_robot import PLACE, bars_off, sines_at
+from .measured_robot import PLACE, sines_at
 from .rows import MeasuredRows
 from .starts import (
     SETTLED,
@@ -22,6 +22,7 @@ from .starts import (
     begin,
     best_of,
     doubt,
+    errors,
     first,
     median_error,
     misfit,
@@ -182,8 +183,7 @@ def _wrong_modes(task, p):
         return ([], task)  # of what fits nothing no modes are known
     sines = np.nan_to_num(sines_at(p, rows.q, rows.points))
     off = np.full(len(rows), np.inf)
-    legs_off, _ = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])
-    off[rows.whole] = np.hypot(*legs_off.T)
+    off[rows.whole] = errors(task, p)
     off /= p[PLACE["scale"]]
     fits = off < max(20 * task.sigma, 0.02 * task.bar)
     least = np.maximum(0.05, 5 * off / task.bar)

@@ -63,19 +63,23 @@ def rows_far_off(task: LeastSquares, start: ndarray) -> tuple[ndarray, float]:
     """Return which rows (n,) the legs miss by far more than the others do, and from what distance
     on, m.
     """
-    rows = task.rows
     p = settled(task, start, loss="cauchy")
-    off = np.zeros(len(rows))
-    off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T)
     far = OFF * median_error(task, p)
+    off = np.zeros(len(task.rows))
+    off[task.rows.whole] = errors(task, p)
     return off > far, far
 
 
-def median_error(task: LeastSquares, p: ndarray) -> float:
-    """Return the median distance by which the legs miss the whole points, m; inf for nan."""
+def errors(task: LeastSquares, p: ndarray) -> ndarray:
+    """Return the distances (n,), m, by which the legs miss the whole points."""
     rows = task.rows
-    off = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0]
-    return float(np.nan_to_num(np.median(np.hypot(*off.T)), nan=np.inf))
+    off, _ = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])
+    return np.hypot(*off.T)
+
+
+def median_error(task: LeastSquares, p: ndarray) -> float:
+    """Return the median of `errors`, m; inf for nan."""
+    return float(np.nan_to_num(np.median(errors(task, p)), nan=np.inf))
 
 
 def misfit(task: LeastSquares, p: ndarray) -> float:

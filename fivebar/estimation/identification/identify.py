@@ -120,16 +120,19 @@ def identify(
     _refuse_few(rows, found, 2 * len(sought))
     any_W = any_motion(robot, assembly, _working(robot, found[0]))
     base, unseen = independent(any_W, places, EXACT)
-    told, also_unseen = independent(rows.W, base, NEARLY)
-    full = fit(rows, told)
+
+    def fitted(rows):
+        told, unseen = independent(rows.W, base, NEARLY)
+        return told, unseen, fit(rows, told)
+
+    told, also_unseen, full = fitted(rows)
     while full.bias.max() > BIASED:
         fewer, lower = sampled(0.7 * min(each.cutoff for each in found), logs)
         if lower.counts.sum(axis=0).min() < 8 * len(places):
             break
         found = fewer
         rows = lower
-        told, also_unseen = independent(rows.W, base, NEARLY)
-        full = fit(rows, told)
+        told, also_unseen, full = fitted(rows)
     notes = []
     holds_better = False
     lowest = min(each.cutoff for each in found)
@@ -151,8 +154,7 @@ def identify(
         explain(robot, logs, assembly, lowest, places, known, full.misfit, _impossible)
     if cutoff is not None and cutoff > lowest:
         found, rows = sampled(cutoff, logs)
-        told, also_unseen = independent(rows.W, base, NEARLY)
-        full = fit(rows, told)
+        told, also_unseen, full = fitted(rows)
     if full.bias.max() > BIASED:
         most = int(np.argmax(full.bias))
         advice = "log longer"

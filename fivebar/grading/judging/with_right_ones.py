@@ -104,10 +104,9 @@ class Helped:
             self.asked += 1
             answer = _answer(exercise, robot, row) if self.asked <= MOST_ASKED else None
             kept = self.rows.setdefault(name, (robot, []))
-            more = answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT
             if exercise.of_lists:
                 kept[1].append(row)
-            elif more:
+            elif answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT:
                 columns = np.broadcast_arrays(*row, [0])[:-1]
                 kept[1].extend(zip(*(column.tolist() for column in columns)))
             return answer
