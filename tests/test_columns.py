@@ -57,7 +57,7 @@ def test_what_was_made_of_it_is_said_and_lines_are_the_files(tmp_path):
     assert found.lines.tolist() == [3, 5]
     assert math.isnan(found.values["x"][1])
     assert found.notes == (
-        "column 'volt' is not used",
+        "unused columns: 'volt'",
         "decimal commas were read as decimal points",
         "t (µs): read in us",
         "x (mm): read in mm",
@@ -194,7 +194,7 @@ def test_a_heading_that_is_not_there_is_named(called, message):
 
 def test_a_heading_that_is_called_takes_the_place_of_others():
     found = columns.read(io.StringIO("t,x,y,a\n0,1,2,3\n"), PATH, columns={"x": "a"})
-    assert found.values["x"].tolist() == [3.0] and "column 'x' is not used" in found.notes
+    assert found.values["x"].tolist() == [3.0] and found.unused == ("x",)
 
 
 @pytest.mark.parametrize("unit, size", [("s", 1), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])

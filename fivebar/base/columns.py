@@ -71,6 +71,8 @@ class Columns:
         "line" or "row": what `lines` counts.
     comment : str
         The first comment above the header of a file.
+    unused : tuple of str
+        Headings of columns that are not wanted.
     origin : Origin, optional
         Whose points x, y are; None where the file does not say.
     """
@@ -82,6 +84,7 @@ class Columns:
     stated: Mapping[str, str] = field(default_factory=dict)
     row_word: str = "line"
     comment: str = ""
+    unused: tuple[str, ...] = ()
     origin: Origin | None = None
 
     def where(self, row: int) -> str:
@@ -237,9 +240,10 @@ def _from_text(file, wanted, units, calls):
         if place in called:
             raise ValueError(f"{name}: columns: {headings[place]!r} is named twice")
         called[place] = f"{key} [{unit}]"
-    places, own_units, notes = matched(
+    places, own_units, unused = matched(
         headings, wanted, units, f"{name}, line {top}", calls, called
     )
+    notes = [f"unused columns: {', '.join(map(repr, unused))}"] if unused else []
     if not rows:
         raise ValueError(f"{name}: no rows under the header")
     table, comma = _numbers(rows, delimiter, len(headings), places, name)
@@ -259,7 +263,8 @@ def _from_text(file, wanted, units, calls):
     stated |= _since_1970(values, stated, notes)
     _refuse_huge(values, numbers, name, "line")
     origin = _origin(comments[0], calls, name) if from_fivebar else None
-    return Columns(name, values, numbers, tuple(notes), stated, comment=comment, origin=origin)
+    about = stated, "line", comment, tuple(unused), origin
+    return Columns(name, values, numbers, tuple(notes), *about)
 
 
 def _origin(comment, calls, name):

@@ -171,16 +171,16 @@ def matched(
     calls: Mapping[str, str],
     called: Mapping[int, str],
 ) -> tuple[dict[str, int], dict[str, str], list[str]]:
-    """Return {column: its place}, {column: its unit} where one is named, and notes."""
+    """Return {column: its place}, {column: its unit} where one is named, and unused headings."""
     names = names_of(wanted)
     places: dict[str, int] = {}
     own_units: dict[str, str] = {}
-    notes = []
+    unused = []
     for place, heading in enumerate(headings):
         key, unit = column_and_unit(called.get(place, heading), wanted, names, units, where)
         if key is None or (key in calls and place not in called):
             if heading:
-                notes.append(f"column {heading!r} is not used")
+                unused.append(heading)
             continue
         if key in places:
             raise ValueError(
@@ -194,7 +194,7 @@ def matched(
         raise ValueError(
             f"{where}: no column {', '.join(missing)}; found {found}: {how_to_name(missing)}"
         )
-    return places, own_units, notes
+    return places, own_units, unused
 
 
 def missing_of(wanted: Mapping[str, Quantity], there: Iterable[str]) -> list[str]:

@@ -300,10 +300,8 @@ def _from_file(path, robot):
             raise ValueError(f"{path}: {error}") from None
     table = read(path, wanted)
     figures = [row[0] for row in (*CLOSED, *OVER_POSES, *ONE_BY_ONE)]
-    passed_over = {f"column {name!r} is not used" for name in ("design", *figures)}
-    unknown = [note for note in table.notes if note.endswith("is not used")]
-    unknown = [note for note in unknown if note not in passed_over]
+    unknown = [name for name in table.unused if name not in ("design", *figures)]
     if unknown or not table.values:
-        reason = unknown[0] if unknown else "no column is known"
+        reason = f"column {unknown[0]!r} is not used" if unknown else "no column is known"
         raise ValueError(f"{path}: {reason}; the parameters of a design are {', '.join(known)}")
     return columns(table.values)
