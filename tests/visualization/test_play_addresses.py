@@ -3,6 +3,7 @@
 import os
 import random
 from dataclasses import replace
+from urllib.parse import quote
 
 import numpy as np
 import pytest
@@ -133,3 +134,15 @@ def test_any_address_is_taken_or_refused(opened, tmp_path):  # noqa: F811
     )
     page.evaluate(SHOW, RIGHT[0])  # and it goes on
     assert page.evaluate("p") == [getattr(UNEQUAL, name) for name in LENGTHS]
+
+
+def test_an_address_that_a_mail_program_escaped_is_taken(opened, tmp_path):  # noqa: F811
+    fb.play().save(tmp_path / "play.html")
+    page = opened(tmp_path / "play.html")
+    page.evaluate(SHOW, quote(fb.play(UNEQUAL, fb.igm(UNEQUAL, (0.05, 0.1), (1, -1))).fragment[1:]))
+    assert page.evaluate("p") == [getattr(UNEQUAL, name) for name in LENGTHS]
+    assert page.evaluate("modes") == [1, -1]
+    page.evaluate(SHOW, quote(RIGHT[3][1:], safe="=&"))
+    assert page.evaluate("lab.values") == [0.2, 0.06, 0.16, 0.14, 0.1, 0.02]
+    page.evaluate(SHOW, "working=%ff%e9%")
+    assert "is not taken" in page.evaluate("said")

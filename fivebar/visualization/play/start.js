@@ -20,7 +20,8 @@ function showTab(id) {
 let begun = false;
 function takeFragment(hash = location.hash) {
   idle = null;
-  const address = hash.length < 2 && !begun ? content.opening : hash;
+  const written = hash.length < 2 && !begun ? content.opening : hash;
+  const address = written.replace(/%[0-7][0-9a-f]/gi, decodeURIComponent);  // mail programs write + as %2B
   begun = true;
   if (address.length < 2) return;
   const linkage = readLinkage(address);
