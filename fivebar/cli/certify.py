@@ -22,7 +22,7 @@ OPTIONS = TABLE | {
     WORKING: ((-1, -1), "working modes"),
     "--tolerance M|NAME=M ...": "of every length, or of one (l11=1e-4), m",
     "--margin SINE": (0.0, "least |sin q12|, |sin q22|, |det A|, over that of the robot's file"),
-    "--out PROOF.json": "where to write the proof",
+    "--out OUT.json": "where to write the proof",
 }
 
 

@@ -22,7 +22,7 @@ OPTIONS = JSON | {
     "--effort NUMBER": (1.0, "2: twice as long a search"),
     "--dask ADDRESS": "a Dask scheduler, for figures that are not in closed form",
     "--out DIR": "a folder for the table, the picture and the robots",
-    "--plot FILE": ".png, .svg or .pdf",
+    "--plot OUT.png": "a picture: .png, .svg or .pdf",
 }
 
 

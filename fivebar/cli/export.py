@@ -10,7 +10,7 @@ from .options import WORKING, add_options, usage_errors, used_options
 from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = {
-    "--out FILE": "(default: stdout)",
+    "--out OUT": "(default: stdout)",
     "--name NAME": "of the model; in C what all names begin with (default: fivebar or biglide)",
     "--start Q1 Q2": "the pose that is shown",
     "--assembly -1|1": (-1, "of that pose"),

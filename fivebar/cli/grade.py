@@ -16,7 +16,7 @@ COMMON = {
     "--labs DIR": "a folder with labs of your own",
     "--hints-from DATE": "until this day reports show points and no explanations",
     "--time-limit S": "of one call (default: 2)",
-    "--html FILE": "write the report as a page, with figures",
+    "--html OUT.html": "write the report as a page, with figures",
     "--json": "the result as JSON on stdout",
 }
 GRADE = {
@@ -25,8 +25,8 @@ GRADE = {
     "--student ID": "whose robot it is (default: by the file's name)",
     "--isolate process|bwrap": "(default: a folder bwrap, if it works here)",
     "--fail-under PERCENT": "exit 1 if a score is below",
-    "--gradescope FILE": "write Gradescope's results.json",
-    "--csv FILE": "write a row per check",
+    "--gradescope OUT.json": "write Gradescope's results.json",
+    "--csv OUT.csv": "write a row per check",
 }
 FOLDER = {
     "--gradebook FILE": "Moodle's or Canvas' sheet, to be filled",

@@ -148,8 +148,6 @@ def _live(linkage, branch, path):
     from ..visualization.play import play
 
     if isinstance(linkage, FiveBarLinkage):
-        if linkage.motors != (1, 5):
-            raise UsageError("--live moves a five-bar by the motors at its base, 1 and 5")
         linkage, branch = linkage.robot, None
     play(linkage, branch=branch).save(path)
 
@@ -181,8 +179,11 @@ def _press(arguments):
 
 
 def _five_bar(arguments):
+    motors = tuple(arguments.motors)
+    if arguments.live and motors != (1, 5):
+        raise UsageError("--live moves a five-bar by the motors at its base, 1 and 5")
     robot = FiveBar(**used_options(arguments, *LENGTHS))
-    return FiveBarLinkage(robot, tuple(arguments.motors)), {"drive": "swing"}, []
+    return FiveBarLinkage(robot, motors), {"drive": "swing"}, []
 
 
 def _straight_line(arguments):

@@ -79,11 +79,13 @@ def add_options(
 
 
 def type_of(value: str) -> Callable[[str], Any]:
-    """Return what reads the text of a value with this name."""
+    """Return what reads the text of a value with this name; OUT: of a file to be written."""
     if value == "N" or value == "-1|1":
         return _whole_number
     if value in NUMBERS:
         return partial(_number, *NUMBERS[value])
+    if value.startswith("OUT"):
+        return _file_to_write
     is_file = value in FILES or value.endswith((".csv", ".html", ".png", ".json", ".txt"))
     return Path if is_file else str
 
@@ -100,6 +102,16 @@ def _number(known, unit, text):
         return units.number_in(text, known, unit)
     except ValueError as error:
         raise ArgumentTypeError(str(error)) from None
+
+
+def _file_to_write(text):
+    """Return the path; refuse one that cannot be written before the work begins."""
+    path = Path(text)
+    if not path.parent.is_dir():
+        raise UsageError(f"{text}: no such folder")
+    if path.is_dir():
+        raise UsageError(f"{text} is a folder already")
+    return path
 
 
 def used_options(arguments: Namespace, *names: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from .options import WORKING, add_options, check_ending, print_table, usage_erro
 from .robot_options import add_robot_options, chosen_machine, in_robot_frame
 
 OPTIONS = {
-    "--out FILE": (Path("play.html"), "the page"),
+    "--out OUT.html": (Path("play.html"), "the page"),
     "--xi X Y": "where joint C begins, or the tool of the robot's file, m",
     WORKING: ((-1, -1), "modes there"),
     "--site DIR": "write a folder for any web host instead: the page, its preview, social tags",

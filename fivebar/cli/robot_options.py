@@ -49,11 +49,6 @@ def add_robot_options(parser):
         group.add_argument(f"--{name}", help=SUPPRESS)
 
 
-def robot_is_chosen(arguments):
-    """Return whether any of the options was used."""
-    return arguments.robot != DEFAULT or bool(used_options(arguments, *PARAMETERS))
-
-
 def print_frames(arguments, machine, *files):
     """Print in which frame points are, and which files are in another one."""
     print_table([*arguments.frame_row, *in_robot_frame(machine, *files)])

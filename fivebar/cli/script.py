@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ..base.errors import UsageError
-from .options import PICTURES, add_options, check_ending, check_positive, used_options
+from .options import PICTURES, add_options, check_ending, check_positive
 
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
@@ -44,11 +44,11 @@ def add_parsers(commands):
 
 OPTIONS = {
     "--until S": (5.0, "simulated time at which the script gets its KeyboardInterrupt"),
-    "--record NAME": "write the motion to a CSV file, a row each millisecond",
-    "--bag NAME": "write the motion to a new folder, a bag of ROS 2 for PlotJuggler and Foxglove",
-    "--plot NAME": "draw the motion",
-    "--animate NAME": "write the motion as a 3-D page (.html), or .gif, .mp4, .webm",
-    "--plots NAME": (".", "folder for the script's own windows and scopes"),
+    "--record OUT.csv": "write the motion to a CSV file, a row each millisecond",
+    "--bag OUT": "write the motion to a new folder, a bag of ROS 2 for PlotJuggler and Foxglove",
+    "--plot OUT.png": "draw the motion",
+    "--animate OUT.html": "write the motion as a 3-D page (.html), or .gif, .mp4, .webm",
+    "--plots DIR": (".", "folder for the script's own windows and scopes"),
     "--show": "open windows in place of writing them to files",
     "--real-time": "not faster than real time; the script's clock is the computer's",
     "--seed N": (0, "of random and numpy.random"),
@@ -119,13 +119,7 @@ def _check(arguments):
         )
     if not 0 <= arguments.seed <= MOST_SEED:
         raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")
-    for name, value in used_options(arguments, "record", "bag", "plot", "animate").items():
-        path = Path(value)
-        if not path.parent.is_dir():
-            raise UsageError(f"--{name} {path}: no such folder")
-        if path.is_dir():
-            raise UsageError(f"--{name} {path} is a folder already")
-        if name in ENDINGS:
-            check_ending(f"--{name}", path, ENDINGS[name])
-    if not Path(arguments.plots).is_dir():
+    for name, endings in ENDINGS.items():
+        check_ending(f"--{name}", getattr(arguments, name), endings)
+    if not arguments.plots.is_dir():
         raise UsageError(f"--plots {arguments.plots}: no such folder")

@@ -27,8 +27,8 @@ OPTIONS = JSON | {
     "--workers N": "processes (default: one per processor)",
     "--dask ADDRESS": "a Dask scheduler, tcp://host:8786, or its .json file",
     "--best N": (10, "designs to list"),
-    "--csv FILE": "write a row per design",
-    "--plot FILE": "draw the figures: .png, .svg or .pdf",
+    "--csv OUT.csv": "write a row per design",
+    "--plot OUT.png": "draw the figures: .png, .svg or .pdf",
     "--mark NAME=VALUE ...": "a chosen design to mark in the picture",
 }
 

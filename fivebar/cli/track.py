@@ -30,14 +30,7 @@ from .options import (
     used_options,
     write_files,
 )
-from .robot_options import (
-    add_robot_options,
-    chosen_machine,
-    machine_for,
-    peak_row,
-    print_frames,
-    robot_is_chosen,
-)
+from .robot_options import add_robot_options, chosen_machine, machine_for, peak_row, print_frames
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
@@ -62,6 +55,8 @@ OPTIONS = TABLE | {
     "--page OUT.html": "robot and plots on one page, linked by the time",
     WORKING: "working modes, as 1 -1 (default: -1 -1, elbows to the right)",
 }
+
+BESIDE_CASE = {"command", "case", "out", "page", "json"}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -190,10 +185,12 @@ def _compare(arguments):
 
     if arguments.case not in CASES:
         raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
-    if used_options(arguments, "csv", "start", "goal", "duration"):
-        raise UsageError("--case brings its own path")
-    if robot_is_chosen(arguments):
-        raise UsageError("--case brings its own robot")
+    for name, value in vars(arguments).items():
+        if name not in BESIDE_CASE and value != arguments.parser.get_default(name):
+            raise UsageError(
+                "--case brings its own path, robot and controller: besides it there are --out,"
+                " --page and --json alone"
+            )
     runs = run_case(arguments.case)
     comparison = compare(runs)
     files = []
@@ -214,7 +211,13 @@ def _compare(arguments):
 
 def _reference(arguments):
     ends = used_options(arguments, "start", "goal", "duration")
-    if len(ends) not in (0, 3) or (arguments.csv is None) == (not ends):
+    of_file = used_options(arguments, "csv", "units", "columns", "polyline")
+    if ends and of_file:
+        raise UsageError(
+            "--from, --to and --duration make a line, which goes without a CSV file, --units,"
+            " --columns and --polyline"
+        )
+    if not (len(ends) == 3 or arguments.csv):
         raise UsageError("track needs a CSV file, or all of --from X Y, --to X Y and --duration S")
     if ends:
         return line(*ends.values())

@@ -110,7 +110,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["map", "--data", "map.txt"], 2, "--data must end in .csv or .npz"),
         (["map", "--window", "1", "2", "1", "2"], 2, "the end-effector reaches"),
         (["map", "--nodes", "10000000"], 2, "memory"),
-        (["map", "--nodes", "9", "--out", "/dev/null/map.png"], 1, "Not a directory"),
+        (["map", "--nodes", "9", "--out", "/dev/null/map.png"], 2, "no such folder"),
         ([*LINE, "--kp", "1e7"], 1, "m is too fast: "),
         ([*LINE, "--controller", "mpc", "--kp", "9"], 2, "mpc has none"),
         (
@@ -119,8 +119,12 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
             "no case 'storm'; the known ones are task-1, torque-limit",
         ),
         ([*LINE, "--case", "task-1"], 2, "--case brings its own path"),
-        (["track", "--case", "task-1", "--robot", "biglide"], 2, "--case brings its own robot"),
-        (["track", "--case", "task-1", "--l11", "0.1"], 2, "--case brings its own robot"),
+        (
+            ["track", "--case", "task-1", "--robot", "biglide"],
+            2,
+            "--case brings its own path, robot",
+        ),
+        (["track", "--case", "task-1", "--l11", "0.1"], 2, "--case brings its own path, robot"),
     ],
 )
 def test_failures_are_one_line(argv, code, message, capsys):

@@ -177,7 +177,28 @@ def test_options_reach_the_function(words, function, expected, tmp_path, monkeyp
 
 REFUSED = {
     "track --case task-1 --from 0 0.1": "--case brings its own path",
-    "track --case task-1 --l11 0.1": "--case brings its own robot",
+    "track --case task-1 --l11 0.1": "--case brings its own path, robot and controller",
+    "track --case task-1 --torque-limit 1e-4": "besides it there are --out, --page and --json",
+    "track --case task-1 --units mm": "besides it there are --out, --page and --json",
+    "track here.csv --duration 3": "--from, --to and --duration make a line, which goes without",
+    "track here.csv --from 0 0.1": "--from, --to and --duration make a line, which goes without",
+    "track --from 0 0.1 --to 0 0.11 --duration 1 --units mm": "goes without a CSV file, --units",
+    "track --from 0 0.1 --to 0 0.11": "track needs a CSV file, or all of --from",
+    "linkage five-bar --motors 3 4 --page page.html --live live.html": "--live moves a five-bar",
+    "certify here.csv --out none/a.json": "none/a.json: no such folder",
+    "design bars --plot none/a.png": "none/a.png: no such folder",
+    "export --to c --out none/a.h": "none/a.h: no such folder",
+    "grade lab1 here.csv --csv none/a.csv": "none/a.csv: no such folder",
+    "grade lab1 here.csv --gradescope none/a.json": "none/a.json: no such folder",
+    "grade lab1 here.csv --html none/a.html": "none/a.html: no such folder",
+    "linkage four-bar 0.2 0.06 0.16 0.14 --csv none/a.csv": "none/a.csv: no such folder",
+    "linkage four-bar 0.2 0.06 0.16 0.14 --plot none/a.png": "none/a.png: no such folder",
+    "map --data none/a.csv": "none/a.csv: no such folder",
+    "map --out none/a.png": "none/a.png: no such folder",
+    "play --out none/a.html": "none/a.html: no such folder",
+    "sweep bars --csv none/a.csv": "none/a.csv: no such folder",
+    "sweep bars --plot none/a.png": "none/a.png: no such folder",
+    "track here.csv --page none/a.html": "none/a.html: no such folder",
     "track --case none": "no case none; the known ones are task-1",
     "calibrate none.csv": "no file 'none.csv'",
     "calibrate here.csv --bounds l11=0.1": "--bounds must be NAME=LOW:HIGH, not 'l11=0.1'",
@@ -194,7 +215,7 @@ REFUSED = {
     "run here.csv --timeout -1": "--timeout must be finite and > 0, not -1",
     "run here.csv --until 20000": "at most 10000 s",
     "run here.csv --seed -1": "--seed must be from 0 to 4294967295, not -1",
-    "run here.csv --plot none/a.png": "--plot none/a.png: no such folder",
+    "run here.csv --plot none/a.png": "none/a.png: no such folder",
     "run here.csv --plot a.txt": "--plot must end in .png, .svg or .pdf, not 'a.txt'",
     "run here.csv --plots none": "--plots none: no such folder",
     "sweep bars": "not none",
@@ -215,8 +236,10 @@ def test_what_does_not_fit_is_refused_by_name(words, tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     (tmp_path / "here.csv").write_text("q1,q2,x,y\n0,0,0.09,0.068\n", "utf-8")
     assert main(words.split()) == 2
-    said = capsys.readouterr().err.replace("'none'", "none")
+    printed, said = capsys.readouterr()
+    said = said.replace("'none'", "none")
     assert said.startswith("fivebar: ") and REFUSED[words].replace("'none'", "none") in said
+    assert not printed and [path.name for path in tmp_path.iterdir()] == ["here.csv"]
 
 
 def test_run_starts_the_script_with_its_own_words(tmp_path, monkeypatch):
