@@ -110,6 +110,15 @@ def test_an_averaged_motion_is_the_mean_of_the_plain_one():
         assert place(smooth, np.array(t))[0] == pytest.approx(mean, abs=2e-8)
 
 
+def test_times_of_an_averaged_motion_are_known_where_rounding_hides_the_movement():
+    """It creeps for days, and the mean is of a moment: each node is passed within that moment."""
+    length = np.array([0.05, 0.04, 0.04])
+    x = np.array([0.0, 4e-14, 4e-14, 0.0])
+    clock = Clock(length, x, np.zeros(3), np.zeros(4), 1e-5)
+    begins = np.cumsum(2 * length / (np.sqrt(x[:-1]) + np.sqrt(x[1:])))
+    assert (np.abs(clock.times[1:] - begins) < 3e-5).all()
+
+
 # Stretches of a path
 
 

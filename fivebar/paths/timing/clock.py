@@ -11,6 +11,7 @@ from math import factorial
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
+from scipy.optimize.elementwise import find_root
 
 from .lower_bound import duration
 
@@ -67,16 +68,14 @@ class Clock:
         plain = np.append(self._starts[:-1], self._starts[-2] + self.taken[-1])[k]
         if not self.smooth:
             return plain
-        low = plain
-        high = plain + self.smooth  # the mean of s from t - smooth to t
-        for _ in range(50):
-            t = (low + high) / 2
-            behind = self._mean(t)[0] < self.s[k]
-            low = np.where(behind, t, low)
-            high = np.where(behind, high, t)
         # The mean comes to rest when the rest ends, or w after the end: not to rounding before.
-        at_rest = plain + self.smooth * (k == len(self.length))
-        return np.where(self.x[k] == 0, at_rest, high)
+        times = plain + self.smooth * (k == len(self.length))
+        moving = self.x[k] > 0
+        ends = plain[moving], plain[moving] + self.smooth  # the mean of s from t - smooth to t
+        found = find_root(lambda t, s: self._mean(t)[0] - s, ends, args=(self.s[k[moving]],))
+        # Where rounding hides the way of that time, all of its times are as good.
+        times[moving] = np.where(found.success, found.x, ends[1])
+        return times
 
     @property
     def breaks(self) -> np.ndarray:
