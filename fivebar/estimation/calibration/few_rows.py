@@ -221,9 +221,8 @@ def _descend(task, starts, z, steps, moved):
     cost = (off**2).sum(axis=1)
     for _ in range(steps):
         slope = slope * moved
-        normal = np.einsum("mri,mrj->mij", slope, slope)
-        normal += damping[:, None, None] * np.eye(z.shape[1])
-        step = np.linalg.solve(normal, np.einsum("mri,mr->mi", slope, off)[:, :, None])
+        normal = slope.mT @ slope + damping[:, None, None] * np.eye(z.shape[1])
+        step = np.linalg.solve(normal, slope.mT @ off[:, :, None])
         new = z - step[:, :, 0]
         off_new, slope_new = _errors(task, starts, new)
         cost_new = (off_new**2).sum(axis=1)
