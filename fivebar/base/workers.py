@@ -11,9 +11,6 @@ sends single jobs and must end one that takes too long::
         pool.kill()  # the job, too; then make another pool
     except BrokenProcessPool:
         ...  # the job ended its worker
-
-A process of another kind calls `end_with_parent` when it begins, and is begun
-`without_interrupts`.
 """
 
 from __future__ import annotations
@@ -21,7 +18,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
-import shutil
 import signal
 import threading
 import traceback
@@ -198,19 +194,12 @@ def without_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def end_with_parent(folder: str | None = None, pipe: connection.Connection | None = None) -> None:
-    """Ignore Ctrl-C in this process of `multiprocessing`, and end it when its parent ends.
-
-    folder: removed then; pipe: its closed other end takes the place of the parent's end.
-    """
+def end_with_parent(pipe: connection.Connection) -> None:
+    """Ignore Ctrl-C in this process, and end it when the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    ends = pipe or (parent.sentinel if parent else 0)
 
     def end():
-        connection.wait([ends])
-        if folder:
-            shutil.rmtree(folder, ignore_errors=True)
+        connection.wait([pipe])
         os._exit(1)
 
     threading.Thread(target=end, daemon=True).start()
@@ -219,7 +208,7 @@ def end_with_parent(folder: str | None = None, pipe: connection.Connection | Non
 def _start_worker(ends, initializer, initargs):
     reader, writer = ends
     writer.close()  # The worker's own copy would keep the pipe open.
-    end_with_parent(pipe=reader)
+    end_with_parent(reader)
     if initializer:
         initializer(*initargs)
 

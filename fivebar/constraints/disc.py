@@ -213,8 +213,8 @@ def _polished(aspect, z):
     return z
 
 
-def _feet(aspect, z, within, most=6):
-    """Return (distance, arc, parameter), or (distance, None, point), of the nearest points."""
+def _feet(aspect, z, within):
+    """Return (distance, arc, parameter), or (distance, None, point), of the six nearest points."""
     feet = []
     for point in punctures(aspect):
         distance = abs(point - z)
@@ -227,7 +227,7 @@ def _feet(aspect, z, within, most=6):
             if s in (arc.start, arc.end):
                 feet.append((distance, None, complex(arc.at(s))))
     feet.sort(key=lambda foot: foot[0])
-    return feet[:most]
+    return feet[:6]
 
 
 def _equidistant(z, clearance, feet):

@@ -279,13 +279,13 @@ class Along:
 
 
 def meet(
-    first: Point, second: Point, r1: float, r2: float, branch: Number, name: str
+    first: Point, second: Point, r1: float, r2: float, branch: Number
 ) -> tuple[Closure, Bar, Bar]:
-    """Return (joint, bar 1, bar 2) of an RRR dyad; branch +1: the joint is on the left of first ->
-    second.
+    """Return (joint, coupler, rocker) of an RRR dyad; branch +1: the joint is on the left of
+    first -> second.
     """
     dyad = RRR(minus(second.p, first.p), r1, r2, branch)
-    joint = Closure((first, second), dyad, (1 / r1, 1 / r2), name)
+    joint = Closure((first, second), dyad, (1 / r1, 1 / r2), "coupler and rocker are in line")
     return joint, Bar(first, joint, r1, dyad.first), Bar(second, joint, r2, dyad.second)
 
 

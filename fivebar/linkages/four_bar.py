@@ -78,7 +78,7 @@ class FourBar:
         b = Reach(a, heading, self.crank)
         x, y = self.base
         d = Fixed((x + self.ground * math.cos(self.tilt), y + self.ground * math.sin(self.tilt)))
-        c, bc, dc = meet(b, d, self.coupler, self.rocker, branch, "coupler and rocker are in line")
+        c, bc, dc = meet(b, d, self.coupler, self.rocker, branch)
         m = Reach(b, bc, *(self.point or (self.coupler / 2, 0.0)))
         links = {
             "crank": MovingLink(a, heading, self.crank, self.crank_body),

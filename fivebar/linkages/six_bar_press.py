@@ -95,9 +95,7 @@ class SixBarPress:
         crank = Turned(Still(), q)
         d = Fixed(self.rocker_pivot)
         b = Reach(a, crank, self.l2)
-        c, coupler, rocker = meet(
-            b, d, self.l3, self.l4, branch[0], "coupler and rocker are in line"
-        )
+        c, coupler, rocker = meet(b, d, self.l3, self.l4, branch[0])
         e, bar = slide(
             c, d.p, (0.0, 1.0), self.l5, branch[1], "bar 5 is perpendicular to the slider's guide"
         )

@@ -182,12 +182,12 @@ def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
     return Designs(tuple(limits), count, about, rows)
 
 
-def limits_of(bounds: Mapping[str, Any], argument: str = "bounds") -> dict[str, tuple]:
+def limits_of(bounds: Mapping[str, Any]) -> dict[str, tuple]:
     """Return {name: (low, high)}; a single number is both."""
     if not isinstance(bounds, Mapping) or not bounds:
         example = "{'l1': (0.05, 0.2)}"
-        raise TypeError(f"{argument} must be a table, as {example}, not {shown(bounds)}")
-    return {str(name): interval(pair, f"{argument}: {name}") for name, pair in bounds.items()}
+        raise TypeError(f"bounds must be a table, as {example}, not {shown(bounds)}")
+    return {str(name): interval(pair, f"bounds: {name}") for name, pair in bounds.items()}
 
 
 def interval(pair: Any, name: str) -> tuple[float, float]:

@@ -158,12 +158,12 @@ def _four_bar_values(linkage):
     return *linkage.sides, *(linkage.point or (linkage.coupler / 2, 0.0))
 
 
-def address_of(linkage: Any, branch: Any = None, crank: float | None = None) -> str:
+def address_of(linkage: Any, branch: Any) -> str:
     """Return what follows the live page's address, for this linkage with its ground laid on the x
     axis.
 
-    branch: None is its usual one; crank: rad, None an angle at which it closes. Raises ValueError
-    for a press whose guide is not the paper's.
+    branch: None is its usual one. The crank stands at an angle at which the linkage closes. Raises
+    ValueError for a press whose guide is not the paper's.
     """
     signs: Any = check_branch(linkage, branch)
     if isinstance(linkage, FourBar):
@@ -176,13 +176,12 @@ def address_of(linkage: Any, branch: Any = None, crank: float | None = None) -> 
             raise ValueError("the live page has presses with the paper's l12 and theta11 only")
         name = "press"
         values = [getattr(linkage, bar) for bar in _BARS]
-    if crank is None:
-        allowed = crank_range(linkage, signs)
-        if not allowed.intervals:
-            raise ValueError("the linkage closes at no crank angle: there is nothing to show")
-        low, high = max(allowed.intervals, key=np.ptp)
-        crank = 0.6 if allowed.full else (low + high) / 2
-        crank -= getattr(linkage, "tilt", 0.0)
+    allowed = crank_range(linkage, signs)
+    if not allowed.intervals:
+        raise ValueError("the linkage closes at no crank angle: there is nothing to show")
+    low, high = max(allowed.intervals, key=np.ptp)
+    crank = 0.6 if allowed.full else (low + high) / 2
+    crank -= getattr(linkage, "tilt", 0.0)
     letters = "".join("+" if sign > 0 else "-" for sign in np.ravel(signs))
     numbers = ",".join(map(digits, values))
     crank = digits(math.remainder(crank, 2 * math.pi))

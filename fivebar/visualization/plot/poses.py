@@ -68,10 +68,10 @@ def save_strip(scene: Scene, path: str | Path) -> None:
     strip_figure(scene).savefig(path, dpi=120)
 
 
-def strip_png(scene: Scene, poses: int) -> bytes:
-    """Return the PNG file of a strip."""
+def strip_png(scene: Scene) -> bytes:
+    """Return the PNG file of a strip of five poses."""
     file = io.BytesIO()
-    strip_figure(scene, poses).savefig(file, format="png", dpi=80)
+    strip_figure(scene, 5).savefig(file, format="png", dpi=80)
     return file.getvalue()
 
 

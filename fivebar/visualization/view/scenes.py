@@ -117,7 +117,7 @@ class Scene(WebPage):
         """Five poses in a row, as a PNG file."""
         from ..plot.poses import strip_png
 
-        return strip_png(self, 5)
+        return strip_png(self)
 
     def _repr_png_(self):
         return self.png
