@@ -119,11 +119,10 @@ def test_limits_that_no_motion_keeps_are_refused():
 def test_no_motion_depends_on_the_last_digits():
     """The same seed gives the same motion on machines that round otherwise: here of periods a digit apart."""
     robot = fb.FiveBar(gravity=(0.0, -9.81))
-    own, other, another = (
-        fb.exciting_trajectory(robot, period=period, rate=6.0, starts=20)
-        for period in (4.0, 4.0 * (1 + 2e-15), 4.0 * (1 - 3e-15))
+    own, other = (
+        fb.exciting_trajectory(robot, period=period, rate=6.0, starts=5)
+        for period in (4.0, 4.0 * (1 + 2e-15))
     )
     t = np.linspace(0, 3.999, 50)
-    for each in (other, another):
-        assert np.abs(own(t)[0] - each(t)[0]).max() < 1e-6
-        assert each.condition == pytest.approx(own.condition, rel=1e-3)
+    assert np.abs(own(t)[0] - other(t)[0]).max() < 1e-6
+    assert other.condition == pytest.approx(own.condition, rel=1e-3)

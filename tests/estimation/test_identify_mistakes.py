@@ -42,10 +42,11 @@ def spoilt(values, *rows):
         ({"tau": TAU[:, ::-1]}, {}, "if the torques of the two motors are exchanged"),
         ({"q": np.degrees(Q)}, {}, '100 % as deg: say which, by units={"q1": "deg", "q2": "deg"}'),
         *[
-            (
+            pytest.param(
                 {"tau": np.roll(TAU, rows, axis=0)},
                 {},
                 rf"misses .* % if the torques come {abs(rows)} ms too {word}: shift their times",
+                marks=[pytest.mark.deep] * (rows == 150),
             )
             for rows, word in ((60, "late"), (150, "late"), (-60, "early"))
         ],

@@ -16,7 +16,7 @@ ROBOT = fb.FiveBar(0.1, 0.14, 0.09, 0.13, 0.11)
 @pytest.mark.parametrize("scale", [1.0, 40.0])
 @pytest.mark.parametrize("bend", [0.0, 1e-3, 0.05, 0.8])
 def test_whitened_errors_of_legs_are_independent_and_of_size_1(bend, scale):
-    """Of 100,000 noisy points at one pose: mean 0, variance 1, no correlation; at Type 2, too."""
+    """Of 25,000 noisy points at one pose: mean 0, variance 1, no correlation; at Type 2, too."""
     l12, l22 = ROBOT.l12, ROBOT.l22
     left = np.array([-ROBOT.d / 2 + ROBOT.l11 * np.cos(2.2), ROBOT.l11 * np.sin(2.2)])
     point = left + l12 * np.array([np.cos(0.3), np.sin(0.3)])
@@ -29,7 +29,7 @@ def test_whitened_errors_of_legs_are_independent_and_of_size_1(bend, scale):
     c, s = np.cos(0.4), np.sin(0.4)
     seen = scale * np.array([[c, -s], [s, c]]) @ point + (0.2, 0.0)
     sigma = 0.004 * scale * l12
-    count = 100_000
+    count = 25_000
     noise = sigma * np.random.default_rng(1).normal(size=(count, 2))
     errors, _ = bars_off(p, np.repeat(q, count, axis=0), seen + noise)
     W = whitening(p, q, np.array([sigma]))[0]

@@ -232,7 +232,7 @@ def test_a_jerk_limit_far_below_the_accelerations_is_warned_of():
 @pytest.mark.parametrize("jerk, share", [(200.0, 1.05), (20.0, 1.3)])
 def test_tiny_blends_cost_little_more_than_rests_at_the_corners(jerk, share):
     """They took 7 and 3 times as long: the mean passed the blends too fast, so all of it was slowed down."""
-    angle = np.linspace(0, 6 * np.pi, 31)
+    angle = np.linspace(0, 2 * np.pi, 11)
     wide = 0.03 * np.cos(angle) * (1 + 0.2 * np.cos(2.3 * angle))
     high = 0.12 + 0.02 * np.sin(angle) * (1 - 0.1 * angle / 6)
     paths = [fb.path(np.column_stack([wide, high]), deviation=off) for off in (0.0, 5e-6)]
