@@ -25,6 +25,7 @@ from .steps import COLUMNS, JOINT_RATES, JOINTS, between, free_step, observation
 MOST_STEPS, MOST_PER_SECOND = 20_000, 2_000
 SHORTEST = 1e-11  # s: below, a step is too short to go on
 FIRST = 0.01  # s
+SLOW = 1e-3  # rad that a bar turns in a step: below, it is not its speed that makes steps short
 # How a step's length follows from the last one's error, as usual for a method of order 8.
 ORDER = 8
 SAFETY = 0.9
@@ -164,9 +165,13 @@ class Plant:
         words = self.robot.words
         margins = *pose.sines, pose.det_A
         sines = ", ".join(f"{sine:.2g}" for sine in margins)
+        cause = "is too fast"
+        turned = np.abs(self.state[4:]).max() * self.length
+        if turned < SLOW < max(map(abs, margins)):
+            cause = "is slow, but friction, or a torque of a LoadedRobot, is too stiff or jumps"
         raise ArithmeticError(
             f"the motion at t = {self.t:.9g} s, xi = ({x:.9g}, {y:.9g}) m"
-            f" is too fast: {why} (joint rates {self.state[4]:.3g}, {self.state[6]:.3g}"
+            f" {cause}: {why} (joint rates {self.state[4]:.3g}, {self.state[6]:.3g}"
             f" {words.unit}/s, {words.effort}s {tau[0]:.3g}, {tau[1]:.3g} {words.effort_unit};"
             f" {', '.join(words.sines)} = {sines}; where all three are 0 all bars are parallel)"
         )
