@@ -10,7 +10,7 @@ from ..base.errors import SingularityError, UnreachableError
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
-from .laws import PD, ComputedTorque, FeedForward
+from .laws import PD, ComputedTorque, FeedForward, motion_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,7 +36,7 @@ def reference_torques(
     """Return the torques (n, 2), N m, of the reference at n times; 0 where it has none."""
     if free_of_modes(reference):
         return reference.torques(times)
-    xi, xi_dot, xi_ddot = reference(times)
+    xi, xi_dot, xi_ddot = motion_at(reference, times)
     try:
         return inverse_dynamics(ikm2(ikm(igm(robot, xi, _working(margins)), xi_dot), xi_ddot))
     except (SingularityError, UnreachableError):

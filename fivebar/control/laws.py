@@ -39,6 +39,35 @@ class Reference(Protocol):
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
 
 
+def motion_at(reference: Callable, t: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return xi, xi_dot and xi_ddot of a reference at times t (...) s, each (..., 2).
+
+    One of this package is called with all times at once, one of your own with each alone.
+
+    Raises
+    ------
+    ValueError
+        Where it gives no such three pairs.
+    """
+    package = type(reference).__module__.partition(".")[0]
+    if package == __name__.partition(".")[0]:
+        return reference(t)
+    if np.ndim(t):
+        rows = [motion_at(reference, time) for time in np.asarray(t).tolist()]
+        xi, xi_dot, xi_ddot = np.swapaxes(rows, 0, 1)
+        return xi, xi_dot, xi_ddot
+    answer = reference(t)
+    if isinstance(answer, (tuple, list, np.ndarray)):
+        shapes = [np.shape(part) for part in answer]
+        if shapes == 3 * [(2,)]:
+            xi, xi_dot, xi_ddot = np.array(answer, dtype=float)
+            return xi, xi_dot, xi_ddot
+    raise ValueError(
+        f"reference must give xi, xi_dot and xi_ddot, each (2,), at t = {t:g} s, not"
+        f" {shown(answer)}"
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class _JointController:
     """Gains and working modes of a controller on the active joints."""
@@ -71,7 +100,7 @@ class _JointController:
         """Return the reference in joint coordinates, at one time or many."""
         if reference is None:
             raise ValueError(f"{type(self).__name__} needs a reference to track")
-        xi, xi_dot, xi_ddot = reference(t)
+        xi, xi_dot, xi_ddot = motion_at(reference, t)
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
 
     def __call__(

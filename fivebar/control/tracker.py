@@ -19,6 +19,7 @@ from ..models.motors import torque_bounds
 from ..models.physics import loads_of, physics_of, smoothed
 from .estimator import EXACT, Estimator
 from .fallback import free_of_modes, reference_torques, safe_torque
+from .laws import motion_at
 from .prediction import CHART, JOINTS, RATES, SIZE, Model
 from .qp import QP, Condenser, Status, stage_lengths
 
@@ -55,7 +56,7 @@ class Tracker:
     """Nonlinear model-predictive tracking of an end-effector motion.
 
     Call it once each period, as any controller: (t, q, q_dot, reference) -> tau (2,), N m. It reads
-    the reference over the horizon ahead, for arrays of times. A time that does not increase resets
+    the reference over the horizon ahead. A time that does not increase resets
     it. It makes one Gauss-Newton step per sample, linearised about its last plan in the angles of
     the four bars. These are regular at Type 1 and Type 2, so it goes on through both. Along a plan
     that is free of modes it also follows the elbows. The cost beyond the horizon is that of a
@@ -267,12 +268,7 @@ class Tracker:
 
     def _plan(self, t, reference):
         """Return (scaled torques over the horizon, QP iterations, status)."""
-        xi, xi_dot, _ = reference(t + self.ahead)
-        if np.shape(xi) != (self.horizon + 1, 2):
-            raise ValueError(
-                f"the tracker reads its reference at {self.horizon + 1} times at once, and got"
-                f" positions of shape {np.shape(xi)}"
-            )
+        xi, xi_dot, _ = motion_at(reference, t + self.ahead)
         known = self.estimator
         state = known.state
         for k, tau in enumerate(self.sent):

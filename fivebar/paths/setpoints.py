@@ -21,6 +21,7 @@ from ..base.checks import (
 from ..base.representation import one_line
 from ..base.robot_uses import takes_robot
 from ..base.tables import TextFile, write, written
+from ..control.laws import motion_at
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
 from ..models.robots import Robot
@@ -285,7 +286,7 @@ def setpoints(
     t = np.arange(steps + 1) / rate
     times = getattr(reference, "start", 0.0) + t
     modes_own = getattr(reference, "working", None)
-    xi, xi_dot, xi_ddot = reference(times)
+    xi, xi_dot, xi_ddot = motion_at(reference, times)
     # A plan may be free of modes.
     if working is None and modes_own is None and hasattr(reference, "joints"):
         motion = reference.accelerations(times)

@@ -12,7 +12,7 @@ import casadi
 import numpy as np
 
 from ..base.backend import numpy_on_symbols
-from ..control.laws import PD, ComputedTorque
+from ..control.laws import PD, ComputedTorque, motion_at
 from ..models.charts import BarAngles, StateChart, halves
 from ..models.compiled import Buffered, compiled
 from ..models.loaded_robot import JointTorques
@@ -79,7 +79,7 @@ class ClosedLoops:
         q_dot = target.rates.q_dot
         parts = q, q_dot, target.q_ddot, self.times[:, None]
         self.targets = np.hstack(parts)
-        self.xi_ref = None if reference is None else reference(self.t)[0]
+        self.xi_ref = None if reference is None else motion_at(reference, self.t)[0]
         self.tool = getattr(reference, "tool", None)
 
     def __call__(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ import numpy as np
 from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
 from ..base.progress import progress
 from ..base.robot_uses import robot_for
-from ..control.laws import PD, ComputedTorque
+from ..control.laws import PD, ComputedTorque, motion_at
 from ..models.charts import CHARTS
 from ..models.geometry import igm
 from ..models.kinematics import Rates, ikm, some_rates
@@ -25,7 +25,7 @@ from .loops import ClosedLoops, LoopModel, a_built_in_controller, one_law
 from .plant import check_start
 from .run import Run
 from .settings import Integrator, Measurement
-from .simulate import Grid, begin_of
+from .simulate import Grid, refuse_other_kind
 from .steps import MARGIN_RATES, MARGINS
 from .summaries import Summaries, Summary, summarize
 
@@ -234,6 +234,7 @@ def _runs_of(robot, controller, starts):
     robots, torques = _bare(robots)
     for each in controllers:
         a_built_in_controller(each, "controller")
+        refuse_other_kind(robots[0], each)
     if isinstance(starts, Rates) and any(each != starts.pose.robot for each in robots):
         raise ValueError(
             "starts is a batch of one robot's Rates: for several robots give a list, or None"
@@ -278,7 +279,7 @@ def _starts(loop, robots, starts, reference):
     if bad.size:
         more = " ..." if len(bad) > 5 else ""
         first = ", ".join(map(str, bad[:5])) + more
-        x, y = begin_of(reference)[0]
+        x, y = motion_at(reference, 0.0)[0]
         raise ValueError(
             f"{len(bad)} of {len(robots)} robots do not reach the reference's start ({x:.9g},"
             f" {y:.9g}) m: number {first}"
@@ -297,7 +298,7 @@ def _at_reference(robots, law, reference) -> Iterator[Rates]:
     """Yield the Rates with which each robot is at the reference's start; nan out of reach."""
     if reference is None:
         raise ValueError("simulate_many needs starts, or a reference that says where all begin")
-    xi, xi_dot, _ = begin_of(reference)
+    xi, xi_dot, _ = motion_at(reference, 0.0)
     for robot in robots:
         yield ikm(igm(robot, xi, law.working, "nan"), xi_dot)
 

@@ -57,8 +57,9 @@ class Integrator:
         away from Type 1 and Type 2 singularities, where they raise SingularityError.
     tolerance : float, optional
         rad, at least 1e-12. The motion is computed twice, the second time with finer steps; their
-        largest difference of q is `Run.step_error`, which bounds the error of the motion that you
-        get. None: the error of each step is below 1e-12 rad.
+        largest difference of q is `Run.step_error`, at least the tolerance of a finer step. It
+        bounds the error of the motion that you get. None: the error of each step is below 1e-12
+        rad.
     jit : bool or "auto"
         Compile the steps to machine code, as `compile` does, once for all motions of the process.
         "auto": from the second motion of such a robot on, where there is a C compiler.

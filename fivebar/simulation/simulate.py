@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import cumulative_simpson
 
-from ..base.checks import a_callable, bounded, instance, optional, positive, shown
+from ..base.checks import a_callable, bounded, instance, optional, positive
 from ..base.errors import SingularityError, UnreachableError, warn
 from ..base.progress import progress
 from ..base.robot_uses import takes_robot
-from ..control.laws import unstable_gains
+from ..control.laws import motion_at, unstable_gains
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
@@ -128,6 +128,7 @@ def simulate(
     integrator = integrator or Integrator()
     grid = Grid.of(duration, reference, step, control_period if controller is not None else None)
     robot, torques = robot_and_torques(robot)
+    refuse_other_kind(robot, controller)
     start = start_with(robot, reference, controller) if start is None else start
 
     def unstable() -> str:
@@ -156,9 +157,11 @@ def simulate(
         found = run(TOLERANCE)
     else:
         coarse = run(integrator.tolerance / COARSER)
-        fine = run(max(integrator.tolerance / FINER, FINEST))
+        finest = max(integrator.tolerance / FINER, FINEST)
+        fine = run(finest)
         difference = np.abs(fine.q - coarse.q)
-        found = replace(fine, step_error=float(difference.max()))
+        # Where both take the controller's periods as their steps, they are one motion.
+        found = replace(fine, step_error=max(float(difference.max()), finest))
     if found.events and (why := unstable()):
         words = f"the robot crosses {len(found.events)} singularities: {why}"
         warn(words, RuntimeWarning)
@@ -167,6 +170,8 @@ def simulate(
 
 def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
     t = np.arange(grid.steps + 1) * grid.step
+    reference = loop.reference
+    xi_ref = None if reference is None else motion_at(reference, t)[0]
     torques: list[np.ndarray] = []
     periods = range(0, grid.steps, grid.block)
     try:
@@ -185,7 +190,6 @@ def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
     control = None
     if loop.samples:
         control = Control(*(np.array(column) for column in zip(*loop.samples)))
-    reference = loop.reference
     return run_of(
         plant.robot,
         t,
@@ -193,7 +197,7 @@ def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
         np.array(torques),
         plant=plant if isinstance(plant, Plant) else None,
         joint_torques=plant.torques,
-        xi_ref=None if reference is None else reference(t)[0],
+        xi_ref=xi_ref,
         torque_limit=loop.torque_limit,
         control=control,
         log=getattr(loop.controller, "log", None),
@@ -316,20 +320,18 @@ def start_with(robot: Robot, reference: Any, controller: Any) -> Rates:
             f"the plan has working modes {tuple(planned)}, its controller {tuple(controlled)}: give"
             " both the same"
         )
-    xi, xi_dot, _ = begin_of(reference)
+    xi, xi_dot, _ = motion_at(reference, 0.0)
     return ikm(igm(robot, xi, planned or controlled or (-1, -1)), xi_dot)
 
 
-def begin_of(reference: Callable) -> tuple:
-    """Return (xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,)."""
-    answer = reference(0.0)
-    if isinstance(answer, (tuple, list)):
-        shapes = [np.shape(part) for part in answer]
-        if shapes == 3 * [(2,)]:
-            return tuple(answer)
-    raise ValueError(
-        f"reference must give xi, xi_dot and xi_ddot, each (2,), at a time, not {shown(answer)}"
-    )
+def refuse_other_kind(robot: Robot, controller: Any) -> None:
+    """Refuse a controller that is made for another kind of robot."""
+    own = getattr(controller, "robot", robot)
+    words = getattr(own, "words", robot.words)
+    if words != robot.words:
+        raise ValueError(
+            f"the controller is of a {words.title}, the robot is a {robot.words.title}"
+        )
 
 
 class _Loop:

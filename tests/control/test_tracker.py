@@ -293,14 +293,6 @@ def test_options_that_make_no_sense(options, message):
         Tracker(ROBOT, **options)
 
 
-def test_reference_of_one_time():
-    def reference(t):
-        return np.array([0.09, 0.06796322]), np.zeros(2), np.zeros(2)
-
-    with pytest.raises(ValueError, match="reads its reference at 21 times at once"):
-        Tracker(ROBOT)(0.0, np.zeros(2), np.zeros(2), reference)
-
-
 def test_wrong_period_and_massless_robot():
     tracker = Tracker(ROBOT, period=0.01)
     with pytest.raises(

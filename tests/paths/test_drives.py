@@ -108,10 +108,10 @@ def test_a_motion_that_is_free_of_modes_keeps_its_own():
 
     free, given = setpoints(ROBOT, Free(), 20.0), setpoints(ROBOT, MOTION, 20.0, (1, -1))
     assert free.working is None and given.working == (1, -1)
-    np.testing.assert_array_equal(free.q, given.q)
+    np.testing.assert_allclose(free.q, given.q, rtol=1e-14)
     np.testing.assert_array_equal(free.q_dot, given.q_dot)
     asked = setpoints(ROBOT, Free(), 20.0, (-1, -1))
-    np.testing.assert_array_equal(asked.q, setpoints(ROBOT, MOTION, 20.0).q)
+    np.testing.assert_allclose(asked.q, setpoints(ROBOT, MOTION, 20.0).q, rtol=1e-14)
 
 
 def test_a_motion_that_names_no_start_begins_at_0():
@@ -120,5 +120,5 @@ def test_a_motion_that_names_no_start_begins_at_0():
 
     motion.duration = MOTION.duration
     one, other = setpoints(ROBOT, motion, 20.0), setpoints(ROBOT, MOTION, 20.0)
-    np.testing.assert_array_equal(one.xi, other.xi)
+    np.testing.assert_allclose(one.xi, other.xi, rtol=1e-14)
     assert one.working == (-1, -1) and one.pen is None

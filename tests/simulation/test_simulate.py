@@ -1,5 +1,6 @@
 """Simulated motion against the reference's numbers, its own power balance, and the singularities it meets."""
 
+import math
 import sys
 
 import numpy as np
@@ -55,6 +56,81 @@ def test_sampled_computed_torque_of_the_reference():
         assert np.abs(run.tau).max(axis=0) == pytest.approx(case["max_abs_tau_Nm"], rel=1e-9)
         assert run.control.t == pytest.approx(run.t[:-1:10])
         assert run.control.q == pytest.approx(run.q[:-1:10], abs=1e-15)
+
+
+def _ellipse_of_arrays(t):
+    c, s = np.cos(6 * t), np.sin(6 * t)
+    return (
+        np.array([0.02 * c, 0.1 + 0.01 * s]),
+        np.array([-0.12 * s, 0.06 * c]),
+        np.array([-0.72 * c, -0.36 * s]),
+    )
+
+
+def _ellipse_of_numbers(t):
+    c, s = math.cos(6 * t), math.sin(6 * t)
+    return [0.02 * c, 0.1 + 0.01 * s], [-0.12 * s, 0.06 * c], [-0.72 * c, -0.36 * s]
+
+
+@pytest.mark.parametrize("reference", [_ellipse_of_arrays, _ellipse_of_numbers])
+@pytest.mark.parametrize("duration", [0.001, 0.2])  # of two rows, as many as a point has numbers
+def test_a_reference_of_ones_own_is_called_with_one_time(reference, duration, tmp_path):
+    law = fb.ComputedTorque(ROBOT, 400, 40)
+    run = fb.simulate(ROBOT, law, reference, duration=duration)
+    many = fb.simulate_many([ROBOT, ROBOT], law, reference, duration=duration)
+    tracked = fb.simulate(ROBOT, fb.Tracker(ROBOT), reference, duration=duration)
+    expected = np.column_stack([0.02 * np.cos(6 * run.t), 0.1 + 0.01 * np.sin(6 * run.t)])
+    for each in (run, *many, tracked):
+        assert each.xi_ref == pytest.approx(expected, abs=1e-16)
+        assert np.abs(each.error).max() < 2e-4
+        each.to_csv(tmp_path / "run.csv")
+    assert many[1].q == pytest.approx(run.q, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    "answer", [((0.0, 0.1), (0, 0)), ((0.0, 0.1, 0.0),) * 3, 0.1, ((0.0, 0.1), (0, 0), None)]
+)
+def test_a_reference_that_gives_no_three_pairs_is_refused_before_the_run(answer):
+    calls = []
+    start = fb.dkm(fb.dgm(ROBOT, (0, 0)), (0, 0))
+    for options in ({}, {"start": start}):
+        with pytest.raises(ValueError, match=r"each \(2,\), at t = 0 s, not"):
+            fb.simulate(
+                ROBOT, lambda *at: calls.append(at), lambda t: answer, duration=0.1, **options
+            )
+    with pytest.raises(ValueError, match=r"each \(2,\), at t = 0 s, not"):
+        fb.simulate_many([ROBOT], fb.PD(ROBOT, 1, 1), lambda t: answer, [start], duration=0.1)
+    assert not calls
+
+
+@pytest.mark.parametrize(
+    "controller",
+    [
+        fb.PD(fb.Biglide(), 10, 1),
+        fb.ComputedTorque(fb.Biglide(), 100, 20),
+        fb.Tracker(fb.Biglide()),
+    ],
+)
+def test_a_controller_of_another_kind_of_robot_is_refused(controller):
+    words = "the controller is of a biglide robot, the robot is a five-bar robot"
+    with pytest.raises(ValueError, match=words):
+        fb.simulate(ROBOT, controller, TASK_1)
+    if isinstance(controller, fb.PD):
+        with pytest.raises(ValueError, match=words):
+            fb.simulate_many([ROBOT, ROBOT], controller, TASK_1)
+
+
+@pytest.mark.parametrize(
+    "torques, cause",
+    [
+        (lambda t, q, q_dot, tau: tau - 1e6 * q_dot, "20020 steps do not bring it to 0.01 s"),
+        (lambda t, q, q_dot, tau: tau - 1e12 * q_dot, r"a step of 8\S* s is too long"),
+        (lambda t, q, q_dot, tau: tau - np.sign(q_dot), r"a step of 8\S* s is too long"),
+    ],
+)
+def test_torques_that_are_too_stiff_are_no_fast_motion(torques, cause):
+    with pytest.raises(ArithmeticError, match=f"is slow, but .* too stiff or jumps: {cause}"):
+        fb.simulate(fb.LoadedRobot(ROBOT, torques), fb.ComputedTorque(ROBOT, 100, 20), TASK_1)
 
 
 def test_power_balance_along_a_driven_motion():
@@ -197,6 +273,19 @@ def test_step_error_is_the_error_of_steps_ten_times_as_fine_as_the_tolerance(
             coarse = fb.simulate(ROBOT, duration=0.5, start=free_start)
         assert run.step_error == pytest.approx(np.abs(coarse.q - exact.q).max(), rel=0.01)
         assert np.abs(run.q - exact.q).max() < 0.01 * run.step_error <= 0.01 * tolerance
+
+
+@pytest.mark.parametrize("period", [0.01, 0.05])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-10])
+def test_step_error_where_the_controllers_periods_are_the_steps(period, tolerance):
+    """Both passes took the same steps, so their difference was 0; in the task chart are others."""
+    law = fb.ComputedTorque(ROBOT, 40, 10)
+    reference = fb.line((0.09, 0.068), (0.03, 0.1), 0.5)
+    run, other = (
+        fb.simulate(ROBOT, law, reference, control_period=period, integrator=integrator)
+        for integrator in (fb.Integrator(tolerance=tolerance), fb.Integrator("dop8", "task"))
+    )
+    assert 0 < np.abs(run.q - other.q).max() <= run.step_error <= tolerance
 
 
 def test_model_mismatch_costs_accuracy():
