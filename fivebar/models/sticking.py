@@ -30,7 +30,7 @@ def slip_of(rates: Rates, tau: tuple, held_by: Callable) -> tuple:
     found = [np.zeros(shape), np.zeros(shape)]
     open_ = np.ones(shape, dtype=bool)
     for choice in product((0.0, 1.0, -1.0), repeat=2):
-        if all(not stands.any() and c != 1.0 for stands, c in zip(standing, choice)):
+        if any(not stands.any() and c != 1.0 for stands, c in zip(standing, choice)):
             continue
         slip = tuple(
             _plain(np.where(stands, c, np.where(s == 0, 1.0, s)))

@@ -125,6 +125,11 @@ def test_a_batch_of_torques_at_one_pose_and_of_poses_under_one_torque():
         ((0.02 * (1 + 1e-9), 0.0), (1, 0)),
     ):
         assert slip_of(still, tau, held_by) == slip
+    # A drive that moves has one slip only: three choices are tried for the other.
+    tried = []
+    half = fb.dkm(fb.dgm(robot, (0.2, 0.4)), (0.0, -1.0))
+    slip = slip_of(half, (0.01, 0.0), lambda *given: tried.append(given[2]) or held_by(*given))
+    assert slip[1] == -1 and tried == [(0, -1), (1, -1), (-1, -1)]
     q = np.array([(0.2, 0.4), (0.3, 0.1)])
     both = fb.forward_dynamics(fb.dkm(fb.dgm(robot, q), np.zeros((2, 2))), (0.05, -0.01)).q_ddot
     for row, each in zip(both, q):
