@@ -199,12 +199,6 @@ class Polynomial:
     def end(self) -> np.ndarray:
         return self(self.length)[0]
 
-    @classmethod
-    def from_bernstein(cls, control: ArrayLike, length: float) -> Polynomial:
-        """Of control points (degree + 1, 2), as a Bezier curve has them."""
-        control = np.asarray(control, float)
-        return cls(_to_powers(len(control)) @ control, length)
-
     @property
     def bernstein(self) -> np.ndarray:
         """Control points (degree + 1, 2), m, whose convex hull holds the piece."""
@@ -263,15 +257,6 @@ def on_arcs(arcs: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, ...]:
 def _values(table, u):
     powers = u[..., None] ** np.arange(table.shape[1])
     return tuple(powers @ each for each in table)
-
-
-def _to_powers(n):
-    """(n, n): coefficients of powers of u from control points."""
-    matrix = np.zeros((n, n))
-    for k in range(n):
-        for j in range(k + 1):
-            matrix[k, j] = (-1.0) ** (k - j) * comb(n - 1, k) * comb(k, j)
-    return matrix
 
 
 def _to_bernstein(n):

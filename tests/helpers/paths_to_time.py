@@ -1,6 +1,7 @@
 """Paths drawn at random, limits drawn at random, and how much of its limits a motion uses."""
 
 import numpy as np
+from scipy.interpolate import BPoly, PPoly
 from scipy.optimize import brentq
 
 import fivebar as fb
@@ -34,18 +35,18 @@ ROBOTS = {
 ELBOWS = _heavy(viscous=(0.003, 0.003), coulomb=(0.01, 0.02), elbows=(1e-3, 2e-3))
 
 
+def bezier(control, length):
+    """The piece of a path with these control points (degree + 1, 2)."""
+    curve = BPoly(np.asarray(control, float)[:, None], [0, 1])
+    return Polynomial(PPoly.from_bernstein_basis(curve).c[::-1, 0], length)
+
+
 def random_path(rng, centre, width):
     """A Bezier curve, a polyline that stops at its corners, or an arc, in a square."""
     points = np.array(centre) + rng.uniform(-width, width, (rng.integers(4, 9), 2))
     kind = rng.integers(3)
     if kind == 0:
-        return Path(
-            (
-                Polynomial.from_bernstein(
-                    points, np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
-                ),
-            )
-        )
+        return Path((bezier(points, np.linalg.norm(np.diff(points, axis=0), axis=1).sum()),))
     if kind == 1:
         return Path(tuple(Line(tuple(a), tuple(b)) for a, b in zip(points[:-1], points[1:])))
     middle = np.array(centre) + rng.uniform(-width, width, 2) / 2
@@ -63,7 +64,7 @@ def almost_along_the_bars(angle, bend=0.004):
     along = turn.T @ bar
     across = np.array([-along[1], along[0]])
     points = place + np.outer([-0.02, 0.0, 0.02], along) + np.outer([bend, -bend, bend], across)
-    return Path((Polynomial.from_bernstein(points, 0.04),))
+    return Path((bezier(points, 0.04),))
 
 
 def random_limits(rng, robot, torque):

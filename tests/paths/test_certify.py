@@ -22,6 +22,7 @@ from fivebar.paths.certificates import checker
 from fivebar.paths.certificates.certify import certify
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line, Polynomial
+from tests.helpers.paths_to_time import bezier
 
 NIGHTLY = os.environ.get("FIVEBAR_NIGHTLY") == "1"
 ROBOTS = [
@@ -347,7 +348,7 @@ def test_every_mutated_certificate_is_refused_and_with_a_new_digest_each_that_be
 )
 def test_check_path_and_samples_do_not_contradict(robot, control, working, margin):
     try:
-        path = Path([Polynomial.from_bernstein(np.array(control), 0.1)])
+        path = Path([bezier(np.array(control), 0.1)])
         motion = lambda s: path(s)[:3]  # noqa: E731
         motion.duration = path.length
         checked = fb.check_path(robot, motion, working)

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line, Polynomial
+from tests.helpers.paths_to_time import bezier
 
-CUBIC = Polynomial.from_bernstein([(2, 1), (2, 1.5), (2.5, 2), (3, 2)], 1.5)
+CUBIC = bezier([(2, 1), (2, 1.5), (2.5, 2), (3, 2)], 1.5)
 PIECES = (
     Line((0, 0), (1, 0)),
     Arc((1, 1), 1, -math.pi / 2, 0),
@@ -27,7 +28,7 @@ def test_values_are_those_of_40_digits():
     with mp.workdps(40):
         arc = Arc((0.3, -0.2), 0.07, 2.0, -1.5)
         control = [(0.01, 0.02), (0.03, -0.01), (0.05, 0.04), (0.02, 0.09)]
-        curve = Polynomial.from_bernstein(control, 0.11)
+        curve = bezier(control, 0.11)
 
         def on_arc(s, k):
             angle = 2 - s / mp.mpf(0.07)

@@ -6,14 +6,12 @@ import pytest
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.pieces import Arc, Line, Polynomial
+from fivebar.paths.pieces import Arc, Line
 from fivebar.paths.timing.bounds import Stretches, enclosed
 from fivebar.paths.timing.enclosures import TERMS, Series, place_series
-from tests.helpers.paths_to_time import ROBOTS
+from tests.helpers.paths_to_time import ROBOTS, bezier
 
-CURVE = Polynomial.from_bernstein(
-    [(-0.03, 0.09), (-0.02, 0.13), (0.0, 0.06), (0.02, 0.13), (0.03, 0.1)], 0.1
-)
+CURVE = bezier([(-0.03, 0.09), (-0.02, 0.13), (0.0, 0.06), (0.02, 0.13), (0.03, 0.1)], 0.1)
 PIECES = {
     "line": Line((-0.03, 0.08), (0.03, 0.1)),
     "arc": Arc((0.0, 0.1), 0.02, 0.3, 2.5),

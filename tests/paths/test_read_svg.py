@@ -294,6 +294,8 @@ def test_only_what_encloses_an_area_is_said_not_to_be_filled(element, filled):
         ('<path transform="twist(3)" d="M0 0H1"/>', "line 2: <path>: not a valid transform"),
         ('<path style="transform: scale(2)" d="M0 0H1"/>', "line 2: <path>: write its transform"),
         ("<path>", "not XML: mismatched tag: line 3"),
+        ('<ellipse rx="2"/>', "line 2: <ellipse>: rx and ry are both needed"),
+        (f'<symbol viewBox="0 0 1 1">{ONE}</symbol>', "line 2: <symbol>: a symbol with a viewBox"),
         ('<g id="a"><use href="#a"/></g>', "line 2: <use> repeats itself without end"),
         (
             f'{ONE}<g id="a"><use href="#a" {XLINK}="#b"/></g>',

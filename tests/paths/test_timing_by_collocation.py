@@ -17,8 +17,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.pieces import Arc, Line, Polynomial
-from tests.helpers.paths_to_time import almost_along_the_bars
+from fivebar.paths.pieces import Arc, Line
+from tests.helpers.paths_to_time import almost_along_the_bars, bezier
 
 ROBOT = fb.FiveBar()
 RUBBING = fb.FiveBar(fv1=3e-3, fv2=2e-3, fs1=2e-3, fs2=1e-3, fv12=1e-3, fv22=2e-3)
@@ -30,13 +30,7 @@ CASES = {  # name -> (robot, path, crossings of Type 2)
     "arc across Type 2, with friction": (RUBBING, Path((Arc((0.05, 0.03), 0.04, 1.2, -1.5),)), 1),
     "curve across Type 2": (
         ROBOT,
-        Path(
-            (
-                Polynomial.from_bernstein(
-                    [(0.02, 0.06), (-0.03, 0.03), (-0.06, 0.02), (-0.04, -0.05)], 0.13
-                ),
-            )
-        ),
+        Path((bezier([(0.02, 0.06), (-0.03, 0.03), (-0.06, 0.02), (-0.04, -0.05)], 0.13),)),
         1,
     ),
 }

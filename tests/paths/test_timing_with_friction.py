@@ -5,8 +5,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.pieces import Line, Polynomial
-from tests.helpers.paths_to_time import used
+from fivebar.paths.pieces import Line
+from tests.helpers.paths_to_time import bezier, used
 
 
 def case(seed, friction, crossings):
@@ -30,7 +30,7 @@ def case(seed, friction, crossings):
             path = Path((Line(tuple(points[0]), tuple(points[1])),))
         else:
             size = float(np.abs(np.diff(points, axis=0)).sum())
-            path = Path((Polynomial.from_bernstein([tuple(point) for point in points], size),))
+            path = Path((bezier([tuple(point) for point in points], size),))
         s = np.linspace(0, path.length, 2000)
         pose = fb.igm(robot, path(s)[0], working, unreachable="nan")
         det = pose.det_A
