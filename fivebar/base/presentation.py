@@ -8,7 +8,7 @@ higher one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -18,13 +18,7 @@ if TYPE_CHECKING:
     from ..visualization.view import Scene
     from .tables import BinaryFile, FilePath
 
-load_presenters: Callable[[], Any] | None = None
-
-
-def _presenters() -> Any:
-    if load_presenters is None:
-        raise RuntimeError("base.presentation: fivebar/__init__ has not set load_presenters")
-    return load_presenters()
+load_presenters: Any = None
 
 
 class Plotted:
@@ -52,7 +46,7 @@ class Plotted:
         **options
             What the picture of this class takes besides: `help(fivebar.visualization.presenters)`.
         """
-        return _presenters().plot(self, path, axes, width, **options)
+        return load_presenters().plot(self, path, axes, width, **options)
 
     def _repr_html_(self) -> str:
         import html  # late, because a start without a notebook needs none of these
@@ -88,7 +82,7 @@ class Paged:
         title : str, optional
             Text over the page; the result's own by default.
         """
-        return _presenters().page(self, path, show, title)
+        return load_presenters().page(self, path, show, title)
 
 
 class Animated(Plotted, Paged):
@@ -105,7 +99,7 @@ class Animated(Plotted, Paged):
         title : str, optional
             Text over the scene; the mechanism's own by default.
         """
-        return _presenters().scene(self, show, title)
+        return load_presenters().scene(self, show, title)
 
     def animate(
         self,

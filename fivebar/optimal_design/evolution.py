@@ -75,10 +75,12 @@ def dominates(
 
 
 def best(f: np.ndarray, violation: np.ndarray, count: int) -> np.ndarray:
-    """Return indices of the best: the first non-dominated fronts; of the last the least crowded."""
+    """Return `count` indices of the best: the first non-dominated fronts; of the last the least
+    crowded.
+    """
     left = np.arange(len(f))
     kept: list[int] = []
-    while len(left):
+    while True:
         g = f[left]
         v = violation[left]
         dominated = dominates(g[:, None], v[:, None], g[None], v[None]).any(axis=0)
@@ -87,7 +89,6 @@ def best(f: np.ndarray, violation: np.ndarray, count: int) -> np.ndarray:
             return np.array(kept + thinned(f, front, count - len(kept)))
         kept += front.tolist()
         left = left[dominated]
-    return np.array(kept)
 
 
 def thinned(f: np.ndarray, front: np.ndarray, count: int) -> list[int]:

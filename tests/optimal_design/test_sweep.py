@@ -165,6 +165,26 @@ def test_the_folder_of_another_sweep_is_left_alone(change, notes, whole, tmp_pat
     assert bytes_of(out) == whole
 
 
+def test_a_table_is_saved_into_an_empty_folder_and_read_from_a_whole_one(tmp_path):
+    table = fb.sweep("workspace_area", [{"l1": 0.1}, {"l1": 0.11}], chunk=1, workers=1)
+    with pytest.raises(KeyError, match="no column 'l2'; there are l1, workspace_area"):
+        table["l2"]
+    folder = tmp_path / "table"
+    table.save(folder)
+    assert np.array_equal(D.Sweep.load(folder)["workspace_area"], table["workspace_area"])
+    with pytest.raises(ValueError, match="folder: .*table is not empty"):
+        table.save(folder)
+    manifest = json.loads((folder / "manifest.json").read_text("utf-8"))
+    manifest["variables"].append("l2")
+    (folder / "manifest.json").write_text(json.dumps(manifest), "utf-8")
+    words = r"has \(1, 1\) columns of what varies and of figures, but manifest.json names \(2, 1\)"
+    with pytest.raises(ValueError, match=words):
+        D.Sweep.load(folder)["l1"]
+    (folder / "chunk-000001.npz").unlink()
+    with pytest.raises(ValueError, match="is said to be done, but chunk-000001.npz is missing"):
+        D.Sweep.load(folder)
+
+
 def test_designs_that_come_one_by_one_and_have_changed(tmp_path):
     rows = [{"l1": 0.1 + k / 1000} for k in range(6)]
     fb.sweep("workspace_area", rows, out=tmp_path / "out", chunk=2, workers=1)
