@@ -57,17 +57,11 @@ def law(
         )
     t = np.linspace(0.0, turns * TURN / abs(speed), round(turns * (samples - 1)) + 1)
     if drive == "swing":
-        return _swing(t, speed, *_inside(allowed, start, between, getattr(linkage, "flats", ())))
+        return _swing(t, speed, *_inside(linkage, allowed, start, between))
+    if between is not None:
+        raise ValueError(f'between is for the drive "swing", not "{drive}"')
     start = usual_start(linkage, allowed) if start is None else start
-    interval = allowed.interval(start)
-    if interval is None:
-        raise UnreachableError(
-            f"unreachable: the {linkage.driven} cannot start at {math.degrees(start):.9g} deg; the"
-            f" nearest allowed angle is {math.degrees(allowed.nearest(start)):.9g} deg; it may turn"
-            f" {allowed}",
-            math.nan,
-        )
-    end = interval[speed > 0]
+    end = _around(linkage, allowed, start)[speed > 0]
     lock = None
     if abs(end - start) / abs(speed) <= t[-1]:
         lock = end, abs(end - start) / abs(speed)
@@ -110,26 +104,48 @@ def smooth_branch(linkage: Any, q: np.ndarray, branch: Any) -> np.ndarray:
     return np.where(flips % 2, -branch, branch).astype(int)
 
 
-def _inside(allowed, start, between, flats):
-    """Return the range between two angles, or else the one around the start; where an end is a
+def _around(linkage, allowed, start):
+    """Return the interval around a start."""
+    interval = allowed.interval(start)
+    if interval is None:
+        raise UnreachableError(
+            f"unreachable: the {linkage.driven} cannot start at {math.degrees(start):.9g} deg; the"
+            f" nearest allowed angle is {math.degrees(allowed.nearest(start)):.9g} deg; it may turn"
+            f" {allowed}",
+            math.nan,
+        )
+    return interval
+
+
+def _inside(linkage, allowed, start, between):
+    """Return the two angles of a swing, or else the range around the start; where an end is a
     lock, a bit before it.
     """
+    if between is not None:
+        if start is not None:
+            raise ValueError("a swing has a start, whose range it takes, or between, not both")
+        low, high = allowed.interval(between[0]) or (math.inf, -math.inf)
+        if not low <= between[1] <= high:
+            first, last = np.degrees(between)
+            raise UnreachableError(
+                f"unreachable: the {linkage.driven} cannot swing from {first:.9g} to {last:.9g}"
+                f" deg; it may turn {allowed}",
+                math.nan,
+            )
+        margin = MARGIN / 20 * abs(between[1] - between[0])
+        return tuple(np.clip(between, low + margin, high - margin).tolist())
     if allowed.full:
-        if between is None:
-            raise ValueError("this crank turns fully: it has no range of its own to swing in")
-        return between
-    inside = sum(between) / 2 if between else start
-    piece = None if inside is None else allowed.interval(inside)
-    low, high = piece or allowed.intervals[-1]
-    first, last = between or (low, high)
-    margin = (MARGIN / 20 if between else MARGIN) * (last - first)
-    first = max(first, low + margin)
-    last = min(last, high - margin)
-    middle = (first + last) / 2
-    if not between and any(abs(math.remainder(flat - middle, TURN)) < 1e-6 for flat in flats):
-        last -= (
-            MARGIN / 4 * (last - first)
-        )  # the usual samples then miss the flat pose, which has no rates
+        raise ValueError("this crank turns fully: it has no range of its own to swing in")
+    low, high = allowed.intervals[-1] if start is None else _around(linkage, allowed, start)
+    margin = MARGIN * (high - low)
+    first = low + margin
+    last = high - margin
+    middle = (low + high) / 2
+    if any(
+        abs(math.remainder(flat - middle, TURN)) < 1e-6 for flat in getattr(linkage, "flats", ())
+    ):
+        # The usual samples then miss the flat pose, which has no rates.
+        last -= MARGIN / 4 * (last - first)
     return first, last
 
 

@@ -149,8 +149,9 @@ def study(
         "turn" evenly, and smoothly through the flat poses of a change point; "until-lock" the
         same up to where the crank locks; "swing" to and fro in its range, or in `between`.
     branch, start
-        None: the linkage's usual ones; start in rad.
+        None: the linkage's usual ones; start in rad. Of a swing, start says in which range.
     between : (low, high), rad
+        Of a swing; ends at which the crank locks are left out by a thousandth of it.
     samples : int
         Per turn, at most 10^6 in all.
     load : mapping
@@ -167,7 +168,7 @@ def study(
     Raises
     ------
     UnreachableError
-        The crank locks, with drive "turn".
+        The crank locks, with drive "turn", or cannot stand at `start` or `between`.
 
     Examples
     --------

@@ -122,6 +122,29 @@ def test_a_swing_keeps_a_fiftieth_of_its_range_from_the_locks(linkage):
     assert run.q.min() == pytest.approx(low + margin / 20, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    "options, error, words",
+    [
+        ({"between": (0, 1)}, fb.UnreachableError, "cannot swing from 0 to 57.2957795 deg; it may"),
+        ({"between": (-0.5, 0.5)}, fb.UnreachableError, "cannot swing from -28.6478898 to"),
+        ({"start": 0.0}, fb.UnreachableError, "cannot start at 0 deg; the nearest allowed angle"),
+        ({"between": (0.5, 1), "start": 0.6}, ValueError, "or between, not both"),
+        (
+            {"between": (0.5, 1), "drive": "turn"},
+            ValueError,
+            'is for the drive "swing", not "turn"',
+        ),
+    ],
+)
+def test_a_study_refuses_angles_that_it_would_have_to_change(options, error, words):
+    """This crank goes from 22.33 to 66.42 deg, and from -66.42 to -22.33 deg."""
+    double_rocker = FourBar(0.2, 0.16, 0.06, 0.14)
+    with pytest.raises(error, match=words):
+        study(double_rocker, **{"drive": "swing"} | options)
+    assert np.ptp(study(double_rocker, drive="swing", between=(0.5, 1)).q) == pytest.approx(0.5)
+    assert study(double_rocker, drive="swing", start=-0.6).q.max() < np.radians(-22.33)
+
+
 def test_two_motors_of_whole_speeds_and_their_lock():
     robot = fb.FiveBar(0.08, 0.09, 0.08, 0.09, 0.1)
     linkage = FiveBarLinkage(robot)
