@@ -102,6 +102,25 @@ def test_linkages_move_and_lock_as_in_python(computing):  # noqa: F811
         )
 
 
+@pytest.mark.parametrize(
+    "kind, values, branch, dead",
+    [
+        ("slider_guide", (0.05, 0.05, 0.0), 1, [0.0]),
+        ("slider_guide", (0.05, 0.05, 0.0), -1, [np.pi]),
+        ("slider_slider", (0.05, 0.05, 0.0), 1, [0.0]),
+        ("four", (0.2, 0.2, 0.2, 0.2, 0.1, 0.0), 1, []),
+    ],
+)
+def test_what_stands_still_has_no_dead_centres(computing, kind, values, branch, dead):  # noqa: F811
+    """A slider at a cos q + |a cos q|, or a rocker beside the ground: only its rounding changes sign."""
+    computing.evaluate("showTab('four')")
+    choose = "([kind, values, branch]) => { chooseKind(kind, values, [branch]); }"
+    computing.evaluate(choose, [kind, values, branch])
+    found = computing.evaluate("lab.sweep.ends.map(({q}) => Math.abs(q))")
+    assert found == pytest.approx(dead, abs=1e-9)
+    assert computing.evaluate("verdictLines()[0]").startswith("Change point: ")
+
+
 @pytest.mark.deep
 def test_what_a_four_bar_can_do_is_said(page):
     page.get_by_role("tab", name="Four-bar").click()

@@ -12,14 +12,15 @@ const deg = x => `${number(zeroBelow(x, 1) * 180 / Math.PI, 5)}°`;
 // rows; null where it does not close.
 function sweepOf(branch) {
   const rows = [], edges = [], ends = [], angleAt = k => -Math.PI + TURN * (k + 0.37) / SWEEP;
-  const {angle: turns} = wordsOf();
+  const {angle: turns} = wordsOf(), still = 1e-9 * lab.speed * (turns ? 1 : Math.max(...lab.values.map(Math.abs)));
   let before = null;
   for (let k = 0; k <= SWEEP; k++) {
     const q = angleAt(k), found = at_(q, branch), row = found.closes ? {...found, q} : null;
     if (row && before && turns)  // a curve of the angle has no jump of a turn
       row.output[0] += TURN * Math.round((before.output[0] - row.output[0]) / TURN);
     if (k && Boolean(row) !== Boolean(before)) edges.push(edge(angleAt(k - 1), q, Boolean(before), branch));
-    else if (row && before && row.output[1] * before.output[1] < 0 && Math.abs(row.output[1]) < 50 * lab.speed)
+    else if (row && before && row.output[1] * before.output[1] < 0 && Math.abs(row.output[1]) < 50 * lab.speed &&
+      Math.min(Math.abs(row.output[1]), Math.abs(before.output[1])) > still)  // rounding has signs, too
       ends.push(turnOf(before, row, branch));
     rows.push(row);
     before = row;
@@ -88,6 +89,11 @@ function verdictLines() {
     lines.push(`${sentence(kind)}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${lengthText(Math.abs(excess))} ` +
       `${excess > 0 ? "more" : "less"} than`} the two others together, so ${excess > tiny ? "no link"
         : "one link"} can turn fully.`);
+  } else {
+    const [s, a, l] = lab.values.map(Math.abs).sort((x, y) => x - y);
+    if (l - a - s <= 8 * EPSILON * (a + l))
+      lines.push("Change point: of crank, rod and offset the longest is equal to the two others together, " +
+        "so it can pass to the other branch.");
   }
   if (full) lines.push("The crank turns through full turns.");
   else if (!edges.length) lines.push("On this branch the crank closes at no angle.");
