@@ -242,7 +242,7 @@ def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
     Returns
     -------
     float or None
-        None where the rocker has no two ends.
+        None where the crank cannot turn, or the rocker has no two ends.
 
     Examples
     --------
@@ -251,7 +251,7 @@ def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
     True
     """
     ends = dead_centres(four_bar, branch)
-    if len(ends) < 2:
+    if four_bar.turning != ("crank",) or len(ends) < 2:
         return None
     stroke = (ends[1].crank - ends[0].crank) % TURN
     return max(stroke, TURN - stroke) / min(stroke, TURN - stroke)

@@ -53,21 +53,16 @@ def _four_bar(linkage, branch):
     lines = [f"four-bar, {_sides(linkage)}: {linkage.kind}", _grashof(linkage.grashof)]
     turning = linkage.turning
     lines.append("turns fully: " + (", ".join(turning) if turning else "no link"))
-    if linkage.grashof == 0:
-        lines.append(
-            "where all bars are in line it can pass to the other branch; a study does, as without"
-            " it rates would jump"
-        )
+    lines += _change_point(linkage, "all bars are in line")
     lines += _drive("crank", crank_range(linkage, branch), "coupler and rocker come in line")
     ends = dead_centres(linkage, branch)
     for end in ends:
         where = f"crank at {_degrees(end.crank)}, rocker at {_degrees(end.rocker)}"
         lines.append(f"dead centre, crank and coupler {end.kind}: {where}")
-    if len(ends) == 2 and turning == ("crank",):
+    ratio = time_ratio(linkage, branch)
+    if ratio is not None:
         swing = abs(math.remainder(ends[1].rocker - ends[0].rocker, 2 * math.pi))
-        lines.append(
-            f"the rocker swings by {_degrees(swing)}, time ratio {time_ratio(linkage, branch):.6g}"
-        )
+        lines.append(f"the rocker swings by {_degrees(swing)}, time ratio {ratio:.6g}")
     low, high = transmission_range(linkage)
     lines.append(
         f"angle between coupler and rocker (transmission): {_degrees(low)} to {_degrees(high)}"
@@ -85,15 +80,22 @@ def _slider_crank(linkage, branch):
         "slider": "the crank comes perpendicular to the guide",
     }.get(linkage.held, "the guide comes perpendicular to the line of its pivots")
     allowed = crank_range(linkage, branch)
+    lines += _change_point(linkage, where)
     lines += _drive(linkage.driven, allowed, where)
     if allowed.full:
-        ends = [
-            math.sqrt(max(d * d - linkage.offset**2, 0.0))
-            for d in (abs(linkage.rod - linkage.crank), linkage.rod + linkage.crank)
-        ]
+        side = -branch if linkage.held == "slider" else branch
+        near, far = (
+            side * math.sqrt(max(d * d - linkage.offset**2, 0.0))
+            for d in (linkage.rod - linkage.crank, linkage.rod + linkage.crank)
+        )
+        if linkage.flats:
+            near = -far
+        if len(linkage.flats) == 2 and branch < 0:
+            near = far = 0.0  # one bar lies on the other, and turns about the slider's place
+        low, high = sorted((near, far))
         lines.append(
-            f"the slider goes from {ends[0]:.6g} to {ends[1]:.6g} m along the guide, stroke"
-            f" {ends[1] - ends[0]:.6g} m"
+            f"the slider goes from {low:.6g} to {high:.6g} m along the guide, stroke"
+            f" {high - low:.6g} m"
         )
     return lines
 
@@ -153,6 +155,15 @@ def _drive(name, allowed, where):
     return [
         f"the {name} cannot turn fully: it goes {allowed}",
         f"it locks at {', '.join(f'{lock:.6f}' for lock in locks)} deg, where {where}",
+    ]
+
+
+def _change_point(linkage, where):
+    if not linkage.flats:
+        return []
+    return [
+        f"where {where} it can pass to the other branch; a study does, as without it rates would"
+        " jump"
     ]
 
 

@@ -20,6 +20,7 @@ from fivebar.linkages import (
     move,
     straight_line,
     study,
+    time_ratio,
     transmission_range,
     type_2_curves,
     verdict,
@@ -137,6 +138,52 @@ def test_change_points():
     assert kite.kind == "change point" and crank_range(kite).full == ("crank" in kite.turning)
     assert FourBar(0.3, 0.1, 0.2, 0.4).grashof == 0.0  # in spite of rounding
     assert any("pass to the other branch" in line for line in verdict(square))
+
+
+@pytest.mark.parametrize("held", ["guide", "crank", "rod", "slider"])
+@pytest.mark.parametrize("branch", [1, -1])
+@pytest.mark.parametrize(
+    "crank, rod, offset",
+    [
+        (0.05, 0.15, 0.02),
+        (0.15, 0.05, 0.02),
+        (0.05, 0.05, 0.0),
+        (0.05, 0.07, 0.02),
+        (0.05, 0.07, -0.02),
+    ],
+)
+def test_the_slider_goes_as_far_as_in_a_study(crank, rod, offset, branch, held):
+    """Where crank, rod and guide come in line, a study passes to the other branch."""
+    linkage = SliderCrank(crank, rod, offset, held)
+    lines = verdict(linkage, branch)
+    assert any("pass to the other branch" in line for line in lines) == (
+        abs(abs(crank - rod) - abs(offset)) < 1e-12
+    )
+    ways = [line.split() for line in lines if line.startswith("the slider goes")]
+    assert len(ways) == crank_range(linkage, branch).full
+    for words in ways:
+        run = study(linkage, branch=branch, turns=2, samples=7200, quantities=["slide.position"])
+        way = run["slide.position"]
+        found = [float(words[k]) for k in (4, 6, -2)]
+        assert found == pytest.approx([way.min(), way.max(), np.ptp(way)], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "sides",
+    [
+        (0.2, 0.16, 0.06, 0.14),  # a double-rocker: its crank cannot turn
+        (0.2, 0.2, 0.1, 0.1),  # a kite: neither can
+        (0.2, 0.1, 0.2, 0.1),  # a parallelogram: its rocker turns, too
+        (0.06, 0.14, 0.16, 0.2),
+    ],
+)
+def test_there_is_a_time_ratio_only_where_the_crank_turns_and_the_rocker_does_not(sides):
+    assert time_ratio(FourBar(*sides)) is None
+    assert not any("time ratio" in line for line in verdict(FourBar(*sides)))
+    run = study(TABLE_2, samples=3601)
+    rising = np.mean(np.diff(run["rocker.angle"]) > 0)
+    slower = max(rising, 1 - rising)
+    assert time_ratio(TABLE_2) == pytest.approx(slower / (1 - slower), rel=1e-3)
 
 
 @pytest.mark.parametrize(
