@@ -134,11 +134,10 @@ def _self_motion(robot, samples):
     square = robot.l11**2 - along**2
     turn = np.linspace(0, 2 * np.pi, samples + 1)
     circle = robot.l12 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    if square > 0:
-        heights = (np.sqrt(square), -np.sqrt(square))
-    else:
-        heights = (0.0,) * (square == 0)
+    if square < 0:
+        return []
+    height = np.sqrt(square)
     return [
-        Curve("Type 2, elbows coincide", circle + (along - robot.d / 2, height))
-        for height in heights
+        Curve("Type 2, elbows coincide", circle + (along - robot.d / 2, y))
+        for y in dict.fromkeys((height, -height))
     ]

@@ -343,6 +343,32 @@ def test_type_2_locus_is_a_coupler_curve(robot):
         assert curve.points[0] == pytest.approx(curve.points[-1], abs=1e-7)
 
 
+def test_type_2_curves_of_a_circle_and_of_no_ground():
+    """Equal distal bars and elbows that touch in one place only: one circle of self-motion about it."""
+    curves = type_2_curves(fb.FiveBar(l11=0.25, l12=0.3, l21=0.5, l22=0.3, d=0.75))
+    (circle,) = (curve for curve in curves if curve.label == "Type 2, elbows coincide")
+    assert np.hypot(*(circle.points - (-0.125, 0.0)).T) == pytest.approx(0.3)
+    with pytest.raises(ValueError, match="with d = 0 the ground of the four-bar has no length"):
+        type_2_curves(fb.FiveBar(d=0.0))
+    with pytest.raises(ValueError, match="l12 and l22 differ by 1e-10 m, too little"):
+        type_2_curves(fb.FiveBar(l12=0.1, l22=0.1 + 1e-10))
+
+
+def test_a_guide_that_passes_its_pin_too_far_away():
+    """The pins are 0.1 m apart, and the guide passes one of them at 0.12 m."""
+    linkage = SliderCrank(0.05, 0.15, 0.12, "rod")
+    with pytest.raises(fb.UnreachableError, match="the crank cannot stand at 0 deg") as error:
+        move(linkage, 0.0)
+    assert error.value.gap == pytest.approx(0.02)
+    ((low, high),) = crank_range(linkage).intervals
+    for end in (low, high):
+        assert abs(0.15 - 0.05 * np.exp(1j * end)) == pytest.approx(0.12)
+    assert crank_range(linkage).nearest(1.0) == 1.0
+    assert str(crank_range(TABLE_2)) == "through a full turn"
+    with pytest.raises(ValueError, match=r"shapes \[\(3,\), \(4,\), \(\)\] do not go together"):
+        move(linkage, np.zeros(3), np.zeros(4))
+
+
 def test_coupler_curves_cover_both_branches():
     assert len(coupler_curves(TABLE_2)) == 2  # the crank turns: a curve for each branch
     assert len(coupler_curves(TABLE_2.inversion("rocker"))) == 2  # two ranges of the crank

@@ -205,11 +205,12 @@ def test_two_motors_swing_a_quarter_period_apart_as_far_as_closes(robot, motors,
         (dict(samples=1), "at least 3 samples"),
         (dict(drive="jump"), "no drive 'jump'; the known ones are turn, until-lock, swing"),
         (dict(branch=3), r"branch must be \+1 or -1"),
+        (dict(linkage=FiveBarLinkage(), between=(0.1, 0.2)), "between is for linkages with one"),
     ],
 )
 def test_studies_that_cannot_be(options, message):
     with pytest.raises(ValueError, match=message):
-        study(TABLE_2, **options)
+        study(**{"linkage": TABLE_2} | options)
 
 
 def test_a_parallelogram_stays_one():

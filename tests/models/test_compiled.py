@@ -411,10 +411,17 @@ def test_bad_loops():
         ),
         (dict(integrator=fb.Integrator(tolerance=1e-9)), "an Integrator without tolerance"),
         (dict(starts=fb.ikm(fb.igm(ROBOT, (0.09, 0.068)), (0, 0))), r"the Rates of a batch \(n,\)"),
+        (
+            dict(controller=[controller, fb.PD(ROBOT, 1, 1)], starts=None),
+            "controllers of one loop differ in their gains alone: number 1 differs",
+        ),
+        (dict(robot=[ROBOT, fb.Biglide()], starts=None), "of one kind .* number 1 is a Biglide"),
+        (dict(robot=[ROBOT] * 3), "one for each run: 3 robots, 1 starts do not go together"),
+        (dict(robot=[fb.FiveBar(l11=0.1)]), "starts is a batch of one robot's Rates"),
     ):
-        given = dict(controller=controller, reference=TASK_1, starts=starts) | change
+        given = dict(robot=ROBOT, controller=controller, reference=TASK_1, starts=starts) | change
         with pytest.raises(ValueError, match=message):
-            fb.simulate_many(ROBOT, **given)
+            fb.simulate_many(**given)
     with pytest.raises(
         fb.SingularityError, match="run 0: .*jumps the singularity of the joint chart"
     ):
