@@ -258,6 +258,11 @@ def pack_matrix(a, b, c, d):
     return flat.reshape(*flat.shape[:-1], 2, 2)
 
 
+def pairs(z):
+    """Return complex numbers (*batch,) as points (*batch, 2)."""
+    return np.stack([z.real, z.imag], axis=-1)
+
+
 def check_modes(modes, name):
     """Return modes as int8; ValueError for any other than +1 and -1."""
     modes = real_numbers(modes, name)

@@ -7,12 +7,13 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from ..base.backend import pairs
 from ..models.geometry import task_pose
 from ..models.robots import FiveBar
 from ..singularities.aspects import Aspect
 from ..singularities.leg_circles import LegCircles, size_of
 from ..singularities.level_curves import LevelCurves
-from ..singularities.locus import TRACED, Locus, divided, pairs, pieces_of
+from ..singularities.locus import TRACED, Locus, divided, pieces_of
 from ..singularities.margins import Singularity
 from ..singularities.regions import LocusArc
 from .constraints import Constraints

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from ..base.backend import pairs
 from ..singularities.aspects import Aspect
 from ..singularities.leg_circles import size_of
-from ..singularities.locus import pairs
 from ..singularities.regions import LocusArc, crossings, roughly_inside
 from .boundaries import GRID, facing, line_of
 from .disc import BoundedAspect

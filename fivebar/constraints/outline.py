@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..base.backend import EPS
-from ..singularities.locus import divided, pairs
+from ..base.backend import EPS, pairs
+from ..singularities.locus import divided
 from ..singularities.regions import LocusArc, inside
 from ..singularities.roots import rising_zeros
 from .boundaries import facing

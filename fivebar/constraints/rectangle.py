@@ -12,10 +12,10 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
+from ..base.backend import pairs
 from ..base.checks import instance, positive, takes
 from ..base.progress import progress
 from ..singularities.aspects import Aspect
-from ..singularities.locus import pairs
 from .constraints import Constraints, kept_by
 from .disc import bounded_by, clearance_at, farthest_point, too_narrow
 from .outline import INWARDS, Outline

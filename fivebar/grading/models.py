@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from ..base.backend import pairs
 from ..models import geometry
 from ..models.robots import Biglide, FiveBar, Robot
 from .advice.derivation import Derivation, Step
@@ -81,7 +82,7 @@ def derived(name: str, steps: Mapping[str, Step], robot: Robot, *row: Array) -> 
         return tuple(np.broadcast_to(part, (len(row[0]), *part.shape[1:])) for part in found)
     if np.iscomplexobj(found[0]):
         points = found[0].reshape(len(row[0]), -1)
-        found = [np.stack([points.real, points.imag], axis=-1).reshape(len(row[0]), -1)]
+        found = [pairs(points).reshape(len(row[0]), -1)]
     return tuple(found[0].T)
 
 

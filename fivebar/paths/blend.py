@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.backend import pairs
 from ..base.checks import flag, not_negative
 from .curve import SMOOTH, Path
 from .fit import quintic
@@ -63,7 +64,7 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
             dwells[s] = asked[k]
         if k in blends:
             table = coefficients[blends[k]]
-            blend = Polynomial(np.stack([table.real, table.imag], axis=-1), float(own[blends[k]]))
+            blend = Polynomial(pairs(table), float(own[blends[k]]))
             rows.append((blend, path.pen[k], min(path.feed[k - 1], path.feed[k]), path.lines[k]))
             s += blend.length
         first = cut[0, k]

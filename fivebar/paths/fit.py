@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polymul, polyroots
 
-from ..base.backend import HUGE
+from ..base.backend import HUGE, pairs
 from .pieces import Polynomial
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -82,9 +82,7 @@ def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Pol
             break
     pieces: list[list[Polynomial]] = [[] for _ in curves]
     for row, _, coefficients, length in sorted(found, key=lambda each: each[:2]):
-        pieces[row].append(
-            Polynomial(np.stack([coefficients.real, coefficients.imag], axis=-1), float(length))
-        )
+        pieces[row].append(Polynomial(pairs(coefficients), float(length)))
     return pieces
 
 

@@ -15,7 +15,7 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.backend import finite_numbers
+from ..base.backend import finite_numbers, pairs
 from ..base.checks import number, positive, shown, two_numbers
 from ..base.representation import one_line, vector
 
@@ -226,7 +226,7 @@ class Polynomial:
         """Return the piece with each point z = x + i y moved to by + turned z."""
         z = turned * (self.coefficients @ (1, 1j))
         z[0] += by
-        return Polynomial(np.stack([z.real, z.imag], axis=-1), self.length * abs(turned))
+        return Polynomial(pairs(z), self.length * abs(turned))
 
 
 Piece = Line | Arc | Polynomial

@@ -10,7 +10,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.backend import finite_numbers
+from ..base.backend import finite_numbers, pairs
 from ..base.checks import number, positive, shown, two_numbers
 from ..base.representation import one_line, vector
 from ..planning.trajectory import Trajectory
@@ -85,12 +85,12 @@ class Placement:
         if points.shape[-1:] != (2,):
             raise ValueError(f"Placement: points must be (*batch, 2), not {shown(points.shape)}")
         z = complex(*self.shift) + self.turned * (points @ (1, 1j))
-        return np.stack([z.real, z.imag], axis=-1)
+        return pairs(z)
 
     def _moved(self, motion, t):
         moved = self.turned * (np.array(motion(t)) @ (1, 1j))
         moved[0] += complex(*self.shift)
-        return np.concatenate(np.stack([moved.real, moved.imag], axis=-1), axis=-1)
+        return np.concatenate(pairs(moved), axis=-1)
 
     def after(self, first: Placement) -> Placement:
         """Return the placement that does `first` and then this one."""

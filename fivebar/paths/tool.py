@@ -13,7 +13,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.backend import EPS, finite_numbers, first_index
+from ..base.backend import EPS, finite_numbers, first_index, pairs
 from ..base.checks import instance, modes, number, shown, whole
 from ..base.errors import UnreachableError
 from ..base.representation import one_line
@@ -273,7 +273,7 @@ class MountedTool:
         # The bar's own part of C counts for nothing in a product with the bar.
         sine = ((z - self._drive.x).conjugate() * bar).imag
         folded = self._mode * sine >= 0
-        joint = np.stack([z.real, z.imag], axis=-1)
+        joint = pairs(z)
         return np.where(folded[..., None], np.nan, joint)
 
     def series(self, x: Series, y: Series) -> tuple[Series, Series, Series]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.backend import real_numbers
+from ..base.backend import pairs, real_numbers
 from ..base.checks import shown
 from ..base.robot_uses import takes_robot
 from ..models.dyads import SINGULAR
@@ -24,7 +24,7 @@ from .degenerate import settled
 from .faces import SLIVER, faces
 from .five_bar_loci import FiveBarLoci
 from .leg_circles import size_of
-from .locus import MODES, Vertex, pairs
+from .locus import MODES, Vertex
 from .margins import Singularity
 from .mirror import Mirror
 from .regions import LocusArc, beside, crossings, inside, off_border, points_of_largest_clearance

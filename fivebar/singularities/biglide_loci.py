@@ -14,9 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..base.backend import EPS
+from ..base.backend import EPS, pairs
 from ..models.robots import Biglide
-from .locus import MODES, Locus, TypeThree, modes_of, pairs, type_of, values_of
+from .locus import MODES, Locus, TypeThree, modes_of, type_of, values_of
 from .margins import Singularity
 
 FLAT = 8 * EPS  # a squared sine up to this is 0

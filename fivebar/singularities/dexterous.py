@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from ..base.backend import pairs
 from ..base.checks import share
 from ..base.robot_uses import takes_robot
 from ..models.robots import FiveBar
@@ -15,7 +16,6 @@ from .degenerate import settled
 from .five_bar_loci import FiveBarLoci
 from .leg_circles import LegCircles
 from .level_curves import LevelCurves
-from .locus import pairs
 
 # Of a margin that is not 0: with less, corners can be closer together than rounding tells apart.
 LEAST = 1e-4

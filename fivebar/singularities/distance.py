@@ -10,13 +10,13 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.backend import EPS, is_symbolic, unpack
+from ..base.backend import EPS, is_symbolic, pairs, unpack
 from ..base.checks import modes, optional
 from ..base.robot_uses import takes_robot
 from ..models.geometry import igm
 from ..models.robots import Biglide, FiveBar
 from .loci import singularity_loci
-from .locus import Locus, pairs
+from .locus import Locus
 from .margins import Singularity
 from .roots import rising_zeros
 

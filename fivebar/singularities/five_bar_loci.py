@@ -15,11 +15,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ..base.backend import EPS
+from ..base.backend import EPS, pairs
 from ..models.robots import FiveBar
 from .four_bar_motion import FourBarMotion, Turning, aligned, closures
 from .leg_circles import LegCircles
-from .locus import MODES, Locus, TypeThree, Vertex, modes_of, pairs, pieces_of, type_of, values_of
+from .locus import MODES, Locus, TypeThree, Vertex, modes_of, pieces_of, type_of, values_of
 from .margins import Singularity
 
 # Of the size: as far a touching point can be from where it is computed, which is a double root.

@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.backend import pairs
 from .margins import Singularity
 
 MODES = tuple(product((1, -1), repeat=2))
@@ -120,11 +121,6 @@ def type_of(signs: Sequence[int], own: Singularity) -> Singularity:
     if all(signs):
         return own
     return Singularity.SERIAL | Singularity.PARALLEL
-
-
-def pairs(z: np.ndarray) -> np.ndarray:
-    """Complex numbers (*batch,) as points (*batch, 2)."""
-    return np.stack([z.real, z.imag], axis=-1)
 
 
 def pieces_of(

@@ -15,13 +15,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..base.backend import pairs
 from ..base.representation import one_line
 from ..base.robot_uses import takes_robot
 from ..models.geometry import Pose, igm
 from ..models.kinematics import a_pose
 from ..models.robots import FiveBar
 from .aspects import Aspect, aspects
-from .locus import pairs
 from .margins import Singularity
 
 SAMPLES = 33  # places on an arc, of which the one farthest from other singularities is kept

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import QhullError, Voronoi
 
-from ..base.backend import EPS
+from ..base.backend import EPS, pairs
 from .locus import TRACED, Locus
 from .roots import rising_zeros
 
@@ -310,7 +310,7 @@ def points_of_largest_clearance(
     spacing = max(min(length / samples, area / length), length / (8 * samples))
     border = np.concatenate([*(arc.dense(spacing) for arc in (*arcs, *walls)), obstacles])
     try:
-        diagram = Voronoi(np.stack([border.real, border.imag], axis=-1))
+        diagram = Voronoi(pairs(border))
     except QhullError:  # a face so flat that it has no inside
         return []
     # Any ridge names two samples and the vertices equally far from them.

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.backend import pairs
 from ..singularities.loci import singularity_loci
-from ..singularities.locus import Locus, pairs
+from ..singularities.locus import Locus
 from ..singularities.maps import turned_into
 from .style import TYPE_3, locus_words
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from fivebar.singularities.locus import Locus, pairs, pieces_of
+from fivebar.base.backend import pairs
+from fivebar.singularities.locus import Locus, pieces_of
 from fivebar.singularities.margins import Singularity
 from fivebar.singularities.regions import LocusArc
 

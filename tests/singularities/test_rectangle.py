@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fivebar.base.backend import pairs
 from fivebar.constraints.outline import CORNERS, INWARDS, Outline, _turns, rectangle_distance
 from fivebar.constraints.rectangle import (
     _area,
@@ -16,7 +17,7 @@ from fivebar.constraints.rectangle import (
     _point_of_largest_clearance,
     _starts,
 )
-from fivebar.singularities.locus import Locus, pairs
+from fivebar.singularities.locus import Locus
 from fivebar.singularities.regions import LocusArc, inside
 from tests.helpers.curves import LABEL, TURN, backwards, ellipse, polygon
 

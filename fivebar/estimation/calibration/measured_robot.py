@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy import ndarray
 
-from ...base.backend import EPS
+from ...base.backend import EPS, pairs
 from ...base.checks import LONGEST, SHORTEST
 from ...models.dyads import RRR
 from ...models.robots import FiveBar
@@ -140,11 +140,6 @@ def as_complex(points: ndarray) -> ndarray:
     return points[..., 0] + 1j * points[..., 1]
 
 
-def as_pairs(z: ndarray) -> ndarray:
-    """Return points (..., 2) of complex numbers."""
-    return np.stack([z.real, z.imag], axis=-1)
-
-
 def _cranks(p, q):
     """Return the unit vectors along the cranks and the elbows, complex (n, 2)."""
     angles = p[RATIOS].T * q + p[OFFSETS].T
@@ -197,7 +192,7 @@ def stretched(p: ndarray, q: ndarray) -> ndarray:
     reach = way * l12 + other * l22
     middle = (left + right + reach * along) / 2
     points = frame(p, middle)
-    return as_pairs(points)
+    return pairs(points)
 
 
 def _elbow_slopes(p, q, cranks):
@@ -259,7 +254,7 @@ def seen(p: ndarray, q: ndarray, assembly: ndarray, derive: bool = True) -> tupl
     at = place(p, q, assembly)
     points = frame(p, tip(p, at))
     if not derive:
-        return as_pairs(points), None
+        return pairs(points), None
     x0, y0, turn, scale = p[FRAMES]
     origin = x0 + 1j * y0
     rotation = np.exp(1j * turn)
@@ -270,7 +265,7 @@ def seen(p: ndarray, q: ndarray, assembly: ndarray, derive: bool = True) -> tupl
     derived[:, 11] = 1j * from_origin
     derived[:, 12] = from_origin / scale
     by_unknowns = np.stack([derived.real, derived.imag], axis=1)
-    return as_pairs(points), by_unknowns
+    return pairs(points), by_unknowns
 
 
 class DrawnBars(NamedTuple):

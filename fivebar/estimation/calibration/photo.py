@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import binary_fill_holes, gaussian_filter, label, map_coordinates
 from scipy.optimize import least_squares, linear_sum_assignment
 
-from ...base.backend import finite_numbers
+from ...base.backend import finite_numbers, pairs
 from ...base.checks import one_of, shown, two_numbers
 from .sheet import ARM, MARK, PAPERS, Sheet
 
@@ -320,4 +320,4 @@ def _known_again(sheet, size, centres, sides):
     if turned.real < 0:
         width, height = size
         found = complex(width, height) - found
-    return np.stack([found.real, found.imag], axis=-1)
+    return pairs(found)

@@ -8,9 +8,10 @@ import numpy as np
 from numpy import ndarray
 from scipy.optimize import least_squares
 
+from ...base.backend import pairs
 from .few_rows import only_solution
 from .fit import LeastSquares, noted_assembly
-from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, tip, unframe
+from .measured_robot import PLACE, as_complex, bars_off, place, seen, tip, unframe
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
 OFF = 15  # times the median miss: so far off is a mistake
@@ -97,7 +98,7 @@ def doubt(task: LeastSquares, p: ndarray) -> float:
     """Return `misfit` with a penalty for points in one place, by which starts are compared: a robot
     without cranks would reach these at all angles.
     """
-    points = as_pairs(unframe(p, as_complex(task.rows.points[task.rows.whole])))
+    points = pairs(unframe(p, as_complex(task.rows.points[task.rows.whole])))
     spread = np.std(points, axis=0).max()
     crowded = max(1.0, 0.5 * task.bar / max(spread, 1e-300))
     return misfit(task, p) * crowded

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...base.backend import pairs
 from ..columns import Array, inverse
 from ..judging.questions import AskedRows, rows_from
 from ..judging.relations import MODES
@@ -189,7 +190,7 @@ class Quantities:
                 continue
             value = np.broadcast_to(value, (count, *np.shape(value)[1:]))
             if np.iscomplexobj(value):
-                value = np.stack([value.real, value.imag], axis=-1)
+                value = pairs(value)
             name = re.sub(r"\b(base|pivot)(?=s?\b)", lambda m: places[m[0]], name)
             parts = _with_parts(name, value)
             self.named += [(text, one) for text, one in parts if _tells(one)]

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...base.backend import pairs
 from ...constraints.disc import arcs_of, punctures
 from ...singularities.aspects import Aspect
 from ...singularities.regions import crossings, inside
@@ -58,7 +59,7 @@ class Clearance:
         y = self.low.imag + y_step * np.arange(GRID)
         nodes = x[:, None] + 1j * y
         self.nodes = nodes.ravel()
-        distance, k = self.tree.query(_xy(self.nodes))
+        distance, k = self.tree.query(pairs(self.nodes))
         self.nearest_to_nodes = self.border[k]
         self.is_inner = self.within(self.nodes, exactly=False)
         # A thinner region may have no node.
@@ -97,7 +98,7 @@ class Clearance:
 
     def rough(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return signed distances of points (n,) from the border's chords, and their gradients."""
-        _, k = self.tree.query(_xy(z))
+        _, k = self.tree.query(pairs(z))
         sample = self.border[k]
         nearest = sample
         for neighbour in (self.before[k], self.after[k]):
@@ -156,7 +157,7 @@ class Clearance:
 
     def feet(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest samples of the border, and sharper bounds of the signed distances."""
-        distance, k = self.tree.query(_xy(z))
+        distance, k = self.tree.query(pairs(z))
         node = self._nearest_node(z)
         depth = self._depths(z, node)
         return self.border[k], np.minimum(distance, depth)
@@ -176,7 +177,7 @@ class Clearance:
     def exact(self, z: np.ndarray) -> np.ndarray:
         """Return the distances of points (n,) from all that bounds."""
         result = np.full(len(z), np.inf)
-        rough = [tree.query(_xy(z))[0] for tree in self.trees]
+        rough = [tree.query(pairs(z))[0] for tree in self.trees]
         near = np.min(rough, axis=0) + 0.51 * self.spacing
         for arc, distance in zip(self.arcs, rough):
             at = distance <= near
@@ -190,7 +191,7 @@ class Clearance:
     def _least(self, z):
         """Return distances of points (n,) that the exact ones are not below."""
         # Samples of the border are nowhere farther apart than `spacing`.
-        distance, _ = self.tree.query(_xy(z))
+        distance, _ = self.tree.query(pairs(z))
         return distance - 0.51 * self.spacing
 
     def along(
@@ -210,7 +211,7 @@ class Clearance:
         z = path(s)[0] @ (1, 1j)
         within = self.within(z)
         if not within.all():
-            outside, _ = self.tree.query(_xy(z[~within]))
+            outside, _ = self.tree.query(pairs(z[~within]))
             return -float(outside.max()), z[0]
         bounds = np.array([_steepest(piece) for piece in path.pieces])
         clearance = self._least(z)
@@ -268,11 +269,7 @@ def _node_number(steps):
 
 
 def _tree(z):
-    return cKDTree(_xy(z))
-
-
-def _xy(z):
-    return np.stack([z.real, z.imag], axis=-1)
+    return cKDTree(pairs(z))
 
 
 def _steepest(piece: Piece) -> tuple[float, float]:

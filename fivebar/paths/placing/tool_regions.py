@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.backend import pairs
 from ...base.progress import progress
 from ...base.robot_uses import takes_robot
 from ...constraints.boundaries import facing, polyline
@@ -30,7 +31,7 @@ from ...singularities.aspects import Aspect, as_kind, least_margin, numbered
 from ...singularities.degenerate import settled
 from ...singularities.dexterous import bent_parts
 from ...singularities.leg_circles import LegCircles, size_of
-from ...singularities.locus import MODES, TRACED, pairs, pieces_of
+from ...singularities.locus import MODES, TRACED, pieces_of
 from ...singularities.margins import Singularity
 from ...singularities.regions import LocusArc, inside, roughly_inside
 from ..tool import MountedTool, Tool
