@@ -1,13 +1,17 @@
-"""Progress bars: on a terminal only; a pipe or a log gets none."""
+"""Progress bars: on a terminal only; a pipe or a log gets none, and workers write none."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from multiprocessing import parent_process
 from typing import Any
 
 from tqdm import tqdm
 
 
 def progress(iterable: Iterable | None = None, **options: Any) -> tqdm:
-    """Return tqdm(iterable, **options), which writes nothing where stderr is no terminal."""
-    return tqdm(iterable, disable=None, dynamic_ncols=True, **options)
+    """Return tqdm(iterable, **options), which writes nothing where stderr is no terminal or in a
+    worker process.
+    """
+    is_worker = parent_process() is not None  # several workers would tear each other's bars
+    return tqdm(iterable, disable=is_worker or None, dynamic_ncols=True, **options)

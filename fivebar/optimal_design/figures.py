@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.checks import shown
+from ..base.progress import progress
 from ..base.shards import code_hash
 from ..models.robots import Biglide, FiveBar
 from .batch import place_of_design, robot_of_design, robots_of_designs, valid_rows
@@ -156,7 +157,7 @@ def evaluate(
                 values[part, k] = figures[k].of(poses)
     one_by_one = sorted(columns["single"] + columns["own"])
     if one_by_one:
-        for n in chosen.tolist():
+        for n in progress(chosen.tolist(), desc="designs", delay=2, leave=False):
             single = robot_of_design(names, rows[n], robot)
             for k in one_by_one:
                 try:

@@ -112,10 +112,12 @@ def design(
     limits = {} if limits is None else limits
     problem = DesignProblem(goals, bounds, limits, robot, step, task_of(choices), executor)
     rng = np.random.default_rng(seed)
-    with progress(unit=" generations") as bar:
-        if len(problem.goals) == 1:
-            return problem.design_of(_search_one(problem, rng, effort, bar))
-        rows = _search_front(problem, rng, points, effort, bar)
+    is_one = len(problem.goals) == 1
+    generations = int(np.ceil((300 if is_one else 100) * effort))
+    with progress(total=(1 if is_one else 2) * generations, unit=" generations") as bar:
+        if is_one:
+            return problem.design_of(_search_one(problem, rng, generations, bar))
+        rows = _search_front(problem, rng, points, generations, bar)
     designs = [problem.design_of(row) for row in rows]
     return Front(tuple(sorted(designs, key=lambda one: one.values[problem.goals[0].name])))
 
@@ -262,7 +264,7 @@ class DesignProblem:
         return bounds
 
 
-def _search_one(problem, rng, effort, bar):
+def _search_one(problem, rng, generations, bar):
     """Return the best row by SciPy's differential evolution of what varies."""
     from scipy.optimize import differential_evolution
 
@@ -282,7 +284,7 @@ def _search_one(problem, rng, effort, bar):
             vectorized=True,
             polish=False,
             updating="deferred",
-            maxiter=int(np.ceil(300 * effort)),
+            maxiter=generations,
             popsize=20,
             tol=1e-10,
             rng=rng,
@@ -293,9 +295,8 @@ def _search_one(problem, rng, effort, bar):
     return row
 
 
-def _search_front(problem, rng, points, effort, bar):
+def _search_front(problem, rng, points, generations, bar):
     """Return rows of which none is better than another in all goals."""
-    generations = int(np.ceil(100 * effort))
     size = max(60, 20 * int(problem.free.sum()), points)
     bounds = (problem.low, problem.high)
     x, f, violation = evolve(problem, *bounds, size, generations, rng, bar.update)
