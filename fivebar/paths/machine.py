@@ -204,7 +204,9 @@ class Machine:
         if machine.moves_points:
             path = machine.frame.inverse(path)
         robot: Any = self.robot
-        return path if machine.tool is None else machine.tool.path(robot, path, working)
+        if machine.tool is None:
+            return path
+        return MountedTool(machine.tool, robot, working, machine.frame).led(path)
 
     def for_points_of(self, path: Any) -> Machine:
         """Return the machine without tool or frame where a path's file says so of its points.
@@ -236,7 +238,9 @@ class Machine:
         """
         xi = self.frame.inverse(point)
         robot: Any = self.robot
-        return xi if self.tool is None else self.tool.pose(robot, xi, working).xi
+        if self.tool is None:
+            return xi
+        return MountedTool(self.tool, robot, working, self.frame).pose(xi).xi
 
     def angles(self, readings: ArrayLike) -> np.ndarray:
         """Return the true angles (*batch, 2), rad, at the drives' readings (*batch, 2)."""

@@ -24,6 +24,7 @@ from ..models.robots import FiveBar
 from ..models.unreachable import raise_or_nan
 from ..planning.trajectory import Trajectory
 from .curve import Path
+from .placement import Placement
 from .timing.enclosures import Series, dyad_series, place_series
 
 FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])[:, None]
@@ -99,10 +100,7 @@ class Tool:
             The tool does not reach the path in these modes, or folds over its bar; the message
             says where.
         """
-        mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
-        if isinstance(instance(Path, Trajectory)(path, "Tool: path"), Path):
-            return replace(path, tool=mounted)
-        return mounted.reference(path)
+        return MountedTool(self, robot, working).led(path)
 
     def pose(
         self,
@@ -118,21 +116,7 @@ class Tool:
         UnreachableError, SingularityError
             The tool or the robot does not reach it.
         """
-        mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
-        joint = mounted.joint(point)
-        lost = np.isnan(joint[..., 0])
-        refuses = raise_or_nan(unreachable) == "raise"
-        if refuses and lost.any():
-            _, index = first_index(lost)
-            points = np.asarray(point, float)
-            lost_point = points[index]
-            reason = mounted.reason(lost_point)
-            raise UnreachableError(f"Tool: {reason}", mounted.gap(lost_point), index or None)
-        legs = zip(robot.drives, robot.distal)
-        far = 10 * sum(drive.length + bar for drive, bar in legs)
-        # Out of all reach, as `igm` takes no nan.
-        joint = np.where(lost[..., None], far, joint)
-        return igm(robot, joint, mounted.working, unreachable)
+        return MountedTool(self, robot, working).pose(point, unreachable)
 
     def point(self, pose: Pose) -> np.ndarray:
         """Return where the tool is (*batch, 2), m, in a pose of its robot."""
@@ -194,16 +178,21 @@ class LedTrajectory(Trajectory):
 class MountedTool:
     """A tool on its robot, in working modes: the map from the tool's place T to that of C.
 
+    frame: from the robot's own frame, in which all points are, to the one in which messages name
+    them.
+
     T closes a dyad of the proximal bar l1 and of r = |l2 + along + i across| on the base joint.
     Its elbow E gives C = T + k (T - E) on complex numbers, k = l2 / (l2 + along + i across) - 1.
     """
 
     tool: Tool
     robot: FiveBar
-    working: tuple[int, int]
+    working: Any
+    frame: Placement = Placement()
 
     def __post_init__(self) -> None:
         instance(FiveBar)(self.robot, "Tool: robot")
+        object.__setattr__(self, "working", modes(2)(self.working, "Tool: working"))
         if self.reach < SHORTEST * self._bars[1]:
             raise ValueError(
                 f"Tool: along = {self.tool.along:g} m and across = {self.tool.across:g} m put it on"
@@ -275,6 +264,29 @@ class MountedTool:
         folded = self._mode * sine >= 0
         joint = pairs(z)
         return np.where(folded[..., None], np.nan, joint)
+
+    def pose(self, point: ArrayLike, unreachable: str = "raise") -> Pose:
+        """Return the pose with the tool at a point (*batch, 2): `Tool.pose`."""
+        joint = self.joint(point)
+        lost = np.isnan(joint[..., 0])
+        refuses = raise_or_nan(unreachable) == "raise"
+        if refuses and lost.any():
+            _, index = first_index(lost)
+            points = np.asarray(point, float)
+            lost_point = points[index]
+            reason = self.reason(lost_point)
+            raise UnreachableError(f"Tool: {reason}", self.gap(lost_point), index or None)
+        legs = zip(self.robot.drives, self.robot.distal)
+        far = 10 * sum(drive.length + bar for drive, bar in legs)
+        # Out of all reach, as `igm` takes no nan.
+        joint = np.where(lost[..., None], far, joint)
+        return igm(self.robot, joint, self.working, unreachable)
+
+    def led(self, path: Any) -> Any:
+        """Return the Path or LedTrajectory of joint C: `Tool.path`."""
+        if isinstance(instance(Path, Trajectory)(path, "Tool: path"), Path):
+            return replace(path, tool=self)
+        return self.reference(path)
 
     def series(self, x: Series, y: Series) -> tuple[Series, Series, Series]:
         """Return the coordinates of C with all derivatives that the tool's have.
@@ -378,7 +390,7 @@ class MountedTool:
     def reason(self, point: np.ndarray) -> str:
         """Return in words why the tool is not at a point (2,) in these modes."""
         inner, outer = self._radii
-        x, y = point
+        x, y = self.frame(point)
         where = f"({x:.6g}, {y:.6g}) m"
         if self.gap(point):
             return (

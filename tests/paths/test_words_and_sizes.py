@@ -132,6 +132,29 @@ def test_a_tool_in_words():
     assert refused.value.index == (2,)
 
 
+def test_a_point_out_of_the_tools_reach_is_named_as_the_caller_wrote_it():
+    """In the measuring frame, here turned by a right angle, of which the tool knows nothing."""
+    frame = fb.Placement((0.5, -0.25), np.pi / 2)
+    machine = fb.Machine(ROBOT, frame=frame, tool=fb.Tool(1, 0.01))
+    points = [(0.4, -0.15), (1.5, 0.125)]  # the first one is reached: (0.1, 0.1) for the robot
+    path = fb.path(points)
+    where = r"the tool does not reach \(1.5, 0.125\) m: "
+    for call in (
+        lambda: machine.joint(points[1]),
+        lambda: machine.led(fb.line(points[1], points[1], 1.0), (-1, -1)),
+        lambda: fb.check_path(machine, fb.path([points[1], points[0]])),
+        lambda: fb.certify(machine, fb.path([points[1], points[0]])),
+        lambda: fb.time_path(machine, fb.path([points[1], points[0]])),
+    ):
+        with pytest.raises(fb.UnreachableError, match=where):
+            call()
+    with pytest.raises(fb.UnreachableError, match=r"s = \d\.\d+ m of the path the tool"):
+        fb.check_path(machine, path)
+    own = frame.inverse(points[1])
+    with pytest.raises(fb.UnreachableError, match=rf"reach \({own[0]:g}, {own[1]:g}\) m: "):
+        machine.tool.pose(ROBOT, own)
+
+
 def test_a_motion_that_a_tool_loses_for_a_moment_is_refused():
     """Out of reach for half a hundredth of its time."""
 
