@@ -70,6 +70,9 @@ def test_each_unit_is_known_by_its_name_and_is_in_one_table():
     [
         ("x", units.METRES, "'x' is not a number"),
         ("1.2.3 mm", units.METRES, "is not a number"),
+        ("nan", units.METRES, "'nan' is not a number"),
+        ("nan mm", units.METRES, "'nan mm' is not a number"),
+        (math.nan, units.NO_UNIT, "nan is not a number"),
         (None, units.METRES, "None is not a number"),
         ("80 deg", units.METRES, "its unit must be m, mm, cm, um, in"),
         ("80 mm", units.NO_UNIT, "its unit must be none"),

@@ -65,7 +65,7 @@ SYNONYMS = {
     "N m s/rad": "nms",
     "mN m s/rad": "mnms",
 }
-NUMBER = re.compile(r"\s*([-+]?(?:inf|nan|[\d.]+(?:e[-+]?\d+)?))\s*(.*?)\s*", re.IGNORECASE)
+NUMBER = re.compile(r"\s*([-+]?(?:inf|[\d.]+(?:e[-+]?\d+)?))\s*(.*?)\s*", re.IGNORECASE)
 
 
 def unaccented(word: str) -> str:
@@ -112,7 +112,9 @@ def number_in(
     try:
         number = float(found[1] if found else value)
     except (TypeError, ValueError):
-        raise ValueError(f"{shown(value)} is not a number") from None
+        number = math.nan
+    if math.isnan(number):
+        raise ValueError(f"{shown(value)} is not a number")
     word = unit_named(found[2]) if found else ""
     if word in units:
         size = units[word] / (units[unit] if unit else 1.0)

@@ -14,7 +14,7 @@ from ..base.errors import UnreachableError, UsageError
 from ..base.tables import saved
 from ..planning.samples import from_csv
 from ..singularities.degenerate import EVERYWHERE
-from ..singularities.maps import FIELDS, singularity_map
+from ..singularities.maps import FIELDS, checked_window, singularity_map
 from .options import (
     TABLE,
     WORKING,
@@ -100,7 +100,7 @@ def _map(arguments):
                 machine, replace(machine.on_poses, **levels), _load(arguments, machine)
             )
         shape = (arguments.nodes, arguments.nodes)
-        window = arguments.window
+        window = arguments.window and checked_window(arguments.window)
         if window:
             corners = machine.frame.inverse([(x, y) for x in window[:2] for y in window[2:]])
             window = np.transpose([corners.min(axis=0), corners.max(axis=0)]).ravel()

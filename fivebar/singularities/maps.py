@@ -225,7 +225,7 @@ def singularity_map(
             window = workspace_window(robot)
         else:
             window = 2 * _joint_range(robot)
-    x_min, x_max, y_min, y_max = _checked_window(window, turns=space == "joint" and robot.turns)
+    x_min, x_max, y_min, y_max = checked_window(window, turns=space == "joint" and robot.turns)
     x = np.linspace(x_min, x_max, nx)
     y = np.linspace(y_min, y_max, ny)
     pick = FIELDS[field][1]
@@ -330,7 +330,11 @@ def _memory():
         return 8 * 2**30
 
 
-def _checked_window(window, turns):
+def checked_window(window: Any, turns: bool = False) -> tuple[float, float, float, float]:
+    """Return a window's four borders as floats; ValueError unless they are finite and in order.
+
+    turns: of joints that turn, of which only a few whole turns can be drawn.
+    """
     try:
         x_min, x_max, y_min, y_max = map(float, window)
         if not (-HUGE < x_min < x_max < HUGE and -HUGE < y_min < y_max < HUGE):

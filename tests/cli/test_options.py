@@ -224,6 +224,8 @@ REFUSED = {
     "sweep bars --grid l11=0.1:0.2:1.5": "grid: l11's count must be a whole number",
     "sweep bars --grid l11=0.1::3": "--grid: a number is missing",
     "map --space joint --det-A 0.1": "are of task space only",
+    "map --window 0.2 -0.2 0.2 0.1": "finite min < max, not [0.2, -0.2, 0.2, 0.1]",
+    "map --window -0.2 0.2 inf 0.1": "finite min < max, not [-0.2, 0.2, inf, 0.1]",
     "map --fits 0.1 -0.1": "--fits takes two sizes > 0",
     "map --load 0 -1": "--load needs the motors' torque",
     "certify": "certify needs a path's file, or --check and a proof",

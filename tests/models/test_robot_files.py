@@ -84,7 +84,7 @@ def test_what_only_one_kind_has_says_which_it_is(tmp_path):
             "no parameter links of a biglide robot",
         ),
         ("l11 = -0.1\n", "l11 must be"),
-        ("l11 = nan\n", "l11 must be"),
+        ("l11 = nan\n", "l11: nan is not a number"),
         ("l11 = 0.1, \n", "robot.toml: "),
         ("l11 = 'short'\n", "l11: 'short' is not a number"),
     ],
