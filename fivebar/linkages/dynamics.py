@@ -107,6 +107,15 @@ def driving_torque(
     """
     _one_drive(motion)
     load = load or {}
+    for point, force in load.items():
+        for component in force:
+            try:
+                motion._full(component)
+            except ValueError:
+                raise ValueError(
+                    f"load[{point!r}] of shape {component.shape} does not fit a motion of shape"
+                    f" {motion._shape}"
+                ) from None
     torques = []
     for part, piece in motion.stretches():
         if part is None:

@@ -218,3 +218,17 @@ def test_what_has_no_torque():
         driving_torque(motion)
     with pytest.raises(ValueError, match="no point 'X'; the known ones are A, B, C, D, M"):
         driving_torque(move(FourBar(0.2, 0.06, 0.16, 0.14), 0.0), {"X": (1.0, 0.0)})
+
+
+@pytest.mark.parametrize(
+    "q, force, shapes",
+    [
+        ([0.1, 0.2], (np.ones(3), 0.0), r"\(3,\) does not fit a motion of shape \(2,\)"),
+        (0.1, (0.0, np.ones(2)), r"\(2,\) does not fit a motion of shape \(\)"),
+        (np.linspace(0.0, 1.0, 10_000), (np.ones(3), 0.0), r"\(3,\) .* shape \(10000,\)"),
+    ],
+)
+def test_loads_of_another_shape_than_the_motion_are_refused(q, force, shapes):
+    motion = move(FourBar(0.2, 0.06, 0.16, 0.14), q)
+    with pytest.raises(ValueError, match=rf"^load\['C'\] of shape {shapes}"):
+        driving_torque(motion, {"B": (1.0, 2.0), "C": force})
