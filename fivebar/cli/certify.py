@@ -105,7 +105,7 @@ def _claim(claim):
         offset = f"{tool['along']:g} m along its bar and {tool['across']:g} m to its left"
         lengths.append(f"a tool on leg {tool['leg']}, {offset}")
     return (
-        f"{', '.join(lengths)}, working {claim['working']}, assembly {claim['assembly']:+d},"
+        f"{', '.join(lengths)}, working {claim['working']}, assembly {claim['assembly'] or 'none'},"
         f" margin {claim['margin']:g}"
     )
 

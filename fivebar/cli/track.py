@@ -275,8 +275,8 @@ def _print_table(robot, figures):
         peak_row(robot, figures),
         ("real-time factor", f"{figures['real_time_factor']:.0f} ×"),
     ]
-    if "saturated_fraction" in figures:
-        rows.append(("saturated", f"{100 * figures['saturated_fraction']:.0f} % of the time"))
+    if share := figures.get("saturated_fraction"):
+        rows.append(("saturated", f"{100 * share:.3g} % of the time"))
     for t, kind in figures["singularity_crossings"]:
         rows.append(("crossing", f"Type {kind} at {t:.6f} s"))
     print_table(rows)

@@ -132,7 +132,10 @@ def motor_of(value: object, name: str) -> Motor:
             raise ValueError(f"{name}: no motor {value!r}; the known ones are {', '.join(MOTORS)}")
         return MOTORS[value]
     if not isinstance(value, Mapping):
-        raise TypeError(f"{name} must be a Motor, not {shown(value)}")
+        raise TypeError(
+            f"{name} must be a Motor, a motor's name or a table of its parameters, not"
+            f" {shown(value)}"
+        )
     known = [field.name for field in fields(Motor)]
     if unknown := sorted(set(value) - set(known)):
         raise ValueError(f"{name}: no {', '.join(unknown)} of a motor; it has {', '.join(known)}")

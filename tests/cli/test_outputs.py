@@ -129,7 +129,8 @@ def test_a_tracks_table_is_of_its_run(ran, unplotted):
     assert rows["largest joint error"] == f"{left:.4f}, {right:.4f} mrad"
     assert rows["peak torque"] == "20.000, 20.000 mN m"
     share = np.mean((np.abs(run.tau[:-1]) >= 0.02 - 1e-12).any(axis=1))
-    assert rows["saturated"] == f"{100 * share:.0f} % of the time" and share > 0
+    assert rows["saturated"] == f"{100 * share:.3g} % of the time" and share > 0
+    assert "saturated" not in rows_of(ran(f"{LINE} --torque-limit 20").out)
     assert rows["real-time factor"].endswith(" ×")
 
 

@@ -53,6 +53,14 @@ def test_stretches_that_are_not_proved(capsys):
     ]
 
 
+def test_the_modes_of_a_claim():
+    robot = {"l11": 0.09}
+    claim = dict(robot=robot, tolerances={}, working=[-1, -1], margin=0.0)
+    words = "l11 = 0.09 +- 0 m, working [-1, -1], assembly {}, margin 0"
+    for assembly, mode in ((1, "1"), (-1, "-1"), (0, "none")):  # 0: no point is reached
+        assert certify._claim(claim | {"assembly": assembly}) == words.format(mode)
+
+
 def test_the_table_of_a_front(capsys):
     binding = ["l11 is at its bound", "reach is at its limit"]
     designs = [

@@ -50,7 +50,7 @@ def test_what_is_no_motor(values, words):
         ({"stall_torque": 1.0}, "needs no_load_speed too"),
         ({"stall_torque": 1.0, "speed": 2.0}, "no speed of a motor"),
         ((SLOW, SLOW, SLOW), "must be a Motor or two of them"),
-        (3.0, "must be a Motor, not 3.0"),
+        (3.0, "must be a Motor, a motor's name or a table of its parameters, not 3.0"),
     ],
 )
 def test_what_are_no_motors(motors, words):
