@@ -9,7 +9,16 @@ import math
 from argparse import _SubParsersAction
 
 from ..base.errors import UsageError
-from .options import TABLE, WORKING, add_options, number, print_json, print_notes, usage_errors
+from .options import (
+    TABLE,
+    WORKING,
+    add_options,
+    number,
+    print_json,
+    print_notes,
+    refuse_others,
+    usage_errors,
+)
 from .robot_options import add_robot_options, chosen_machine, machine_for, print_frames
 
 OPTIONS = TABLE | {
@@ -40,6 +49,7 @@ def _certify(arguments):
     if (arguments.check is None) == (arguments.path is None):
         raise UsageError("certify needs a path's file, or --check and a proof")
     if arguments.check:
+        refuse_others(arguments, "--check goes alone: a proof holds all that it needs", "check")
         _check(arguments.check)
         return
     from ..constraints.constraints import Constraints

@@ -120,6 +120,13 @@ def used_options(arguments: Namespace, *names: str) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value not in (None, [])}
 
 
+def refuse_others(arguments: Namespace, words: str, *names: str) -> None:
+    """Raise UsageError with these words where options of other names are used."""
+    for name, value in vars(arguments).items():
+        if name not in ("command", *names) and value != arguments.parser.get_default(name):
+            raise UsageError(words)
+
+
 @contextmanager
 def usage_errors(*kinds: type[Exception]) -> Iterator[None]:
     """Turn errors of these kinds into a UsageError; of values and files by default."""

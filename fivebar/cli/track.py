@@ -25,6 +25,7 @@ from .options import (
     print_json,
     print_notes,
     print_table,
+    refuse_others,
     type_of,
     usage_errors,
     used_options,
@@ -55,8 +56,6 @@ OPTIONS = TABLE | {
     "--page OUT.html": "robot and plots on one page, linked by the time",
     WORKING: "working modes, as 1 -1 (default: -1 -1, elbows to the right)",
 }
-
-BESIDE_CASE = {"command", "case", "out", "page", "json"}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -185,12 +184,8 @@ def _compare(arguments):
 
     if arguments.case not in CASES:
         raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
-    for name, value in vars(arguments).items():
-        if name not in BESIDE_CASE and value != arguments.parser.get_default(name):
-            raise UsageError(
-                "--case brings its own path, robot and controller: besides it there are --out,"
-                " --page and --json alone"
-            )
+    words = "brings its own path, robot and controller: --out, --page and --json go with it"
+    refuse_others(arguments, f"--case {words}", "case", "out", "page", "json")
     runs = run_case(arguments.case)
     comparison = compare(runs)
     files = []

@@ -118,13 +118,17 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
             2,
             "no case 'storm'; the known ones are task-1, torque-limit",
         ),
-        ([*LINE, "--case", "task-1"], 2, "--case brings its own path"),
+        ([*LINE, "--case", "task-1"], 2, "--case brings its own path, robot and controller"),
         (
             ["track", "--case", "task-1", "--robot", "biglide"],
             2,
-            "--case brings its own path, robot",
+            "--case brings its own path, robot and controller",
         ),
-        (["track", "--case", "task-1", "--l11", "0.1"], 2, "--case brings its own path, robot"),
+        (
+            ["track", "--case", "task-1", "--l11", "0.1"],
+            2,
+            "--case brings its own path, robot and controller",
+        ),
     ],
 )
 def test_failures_are_one_line(argv, code, message, capsys):

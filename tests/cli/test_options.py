@@ -176,10 +176,10 @@ def test_options_reach_the_function(words, function, expected, tmp_path, monkeyp
 
 
 REFUSED = {
-    "track --case task-1 --from 0 0.1": "--case brings its own path",
+    "track --case task-1 --from 0 0.1": "--case brings its own path, robot and controller",
     "track --case task-1 --l11 0.1": "--case brings its own path, robot and controller",
-    "track --case task-1 --torque-limit 1e-4": "besides it there are --out, --page and --json",
-    "track --case task-1 --units mm": "besides it there are --out, --page and --json",
+    "track --case task-1 --torque-limit 1e-4": "--case brings its own path, robot and controller",
+    "track --case task-1 --units mm": "--case brings its own path, robot and controller",
     "track here.csv --duration 3": "--from, --to and --duration make a line, which goes without",
     "track here.csv --from 0 0.1": "--from, --to and --duration make a line, which goes without",
     "track --from 0 0.1 --to 0 0.11 --duration 1 --units mm": "goes without a CSV file, --units",
@@ -229,6 +229,7 @@ REFUSED = {
     "map --fits 0.1 -0.1": "--fits takes two sizes > 0",
     "map --load 0 -1": "--load needs the motors' torque",
     "certify": "certify needs a path's file, or --check and a proof",
+    "certify --check here.csv --margin 0.1": "--check goes alone",
     "certify --check none.json": "there is no file none.json",
 }
 

@@ -1261,9 +1261,9 @@ def test_the_stroke_of_a_straight_line_is_said(ran):
 REFUSED = {
     f"{LINE} --controller mpc --kp 9": "mpc has none",
     f"{LINE} --controller mpc --kd 9": "mpc has none",
-    "track --case mass here.py": "--case brings its own path",
-    "track --case mass --to 0 0.1": "--case brings its own path",
-    "track --case mass --duration 2": "--case brings its own path",
+    "track --case mass here.py": "--case brings its own path, robot and controller",
+    "track --case mass --to 0 0.1": "--case brings its own path, robot and controller",
+    "track --case mass --duration 2": "--case brings its own path, robot and controller",
     "map --space joint --sin 0.1": "are of task space only",
     "map --space joint --working 1 1": "are of task space only",
     "map --fits 0.1 0.1 --robot biglide": "--fits takes two sizes > 0",
