@@ -249,7 +249,7 @@ def _read(arguments, machine):
     from ..paths.reading.read import EXAMPLE, path
 
     if arguments.example == (arguments.drawing is not None):
-        raise UsageError("draw needs a file, or --example")
+        raise UsageError("draw needs a file or --example, not both")
     arguments.drawing = arguments.drawing or str(EXAMPLE)
     with usage_errors(ValueError, OSError):
         return path(

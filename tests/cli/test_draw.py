@@ -307,7 +307,7 @@ def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
             marks=pytest.mark.deep,
         ),
         (STROKES, ["--lead", "0.01", "--pen-time", "0.1"], 2, "--lead goes without --pen-time"),
-        (STROKES, ["--example"], 2, "draw needs a file, or --example"),
+        (STROKES, ["--example"], 2, "draw needs a file or --example, not both"),
         (STROKES, ["--robot", "biglide"], 2, "a biglide's aspects have no ends"),
         ("<text>hi</text>", [], 2, "drawing.svg: nothing is drawn: <text> is not drawn (line 1)"),
         ('<path d="M0 0L1"/>', [], 2, "drawing.svg, line 1: <path>: d is not valid path data"),

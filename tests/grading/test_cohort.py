@@ -231,7 +231,7 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
     } == seeds
 
 
-@pytest.mark.parametrize("secret", [None, b"a secret"])
+@pytest.mark.parametrize("secret", [pytest.param(None, marks=pytest.mark.deep), b"a secret"])
 def test_an_untouched_file_is_graded_once_for_all(labs, folder, tmp_path, monkeypatch, secret):
     """Whatever robot it was handed out for, and whatever ends of lines an editor has given it."""
     written(labs / "elbow" / "student.py", UNTOUCHED)
