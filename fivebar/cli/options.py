@@ -105,12 +105,12 @@ def _number(known, unit, text):
 
 
 def _file_to_write(text):
-    """Return the path; refuse one that cannot be written before the work begins."""
+    """Return the path, and make its folder; refuse it, if it must be, before the work begins."""
     path = Path(text)
-    if not path.parent.is_dir():
-        raise UsageError(f"{text}: no such folder")
     if path.is_dir():
         raise UsageError(f"{text} is a folder already")
+    with usage_errors(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
     return path
 
 

@@ -134,6 +134,12 @@ def test_a_tracks_table_is_of_its_run(ran, unplotted):
     assert rows["real-time factor"].endswith(" ×")
 
 
+def test_folders_of_files_to_be_written_are_made(ran, unplotted):
+    ran(f"{LINE} --out both --page both/page.html")
+    ran(f"{FOUR_BAR} --csv new/in/table.csv --plot ./four.png")
+    assert Path("both/page.html").is_file() and Path("new/in/table.csv").is_file()
+
+
 def test_crossings_of_a_track_are_said(capsys):
     figures = dict.fromkeys(("max_error_m", "rms_error_m", "final_error_m"), 1e-5)
     figures |= {"max_joint_error_m": [1e-5, 2e-5], "peak_force_N": [1.5, 0.25]}
@@ -1272,7 +1278,7 @@ REFUSED = {
     f"{FOUR_BAR} --turns 0": "--turns must be finite and > 0",
     "play --out a.txt": "--out must end in .html or .htm, not 'a.txt'",
     "run here.py --bag here": "here is a folder already",
-    "run here.py --record none/a.csv": "none/a.csv: no such folder",
+    "run here.py --record here.py/a.csv": "here.py: File exists",
     "run here.py --animate a.txt": "--animate must end in .html, .gif, .mp4, .webm or .png",
     "map --labels x": "--labels must be NAME=TEXT, not 'x'",
     "map --space joint --path a.csv": "are of task space only",

@@ -110,7 +110,7 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
             "--hand-out needs --out DIR and the course's secret",
         ),
         (["check", "lab1", "my.py", "--labs", "nowhere"], "--labs: no folder 'nowhere'"),
-        (["check", "lab1", "my.py", "--html", "no/where.html"], "no/where.html: no such folder"),
+        (["check", "lab1", "my.py", "--html", "my.py/report.html"], "my.py: File exists"),
     ],
 )
 def test_wrong_usage_is_told(arguments, message, tmp_path, monkeypatch, capsys):

@@ -473,7 +473,11 @@ def test_cli_studies(argv, monkeypatch, capsys, tmp_path):
             1,
             "it locks at 336.825007 deg after 1.47154173 s",
         ),
-        (["four-bar", "0.2", "0.06", "0.16", "0.14", "--csv", "/dev/null/x"], 2, "no such folder"),
+        (
+            ["four-bar", "0.2", "0.06", "0.16", "0.14", "--csv", "/dev/null/x"],
+            2,
+            "/dev/null: File exists",
+        ),
     ],
 )
 def test_cli_failures_are_one_line(argv, code, message, monkeypatch, capsys, tmp_path):
