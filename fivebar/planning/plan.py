@@ -48,9 +48,9 @@ RATES = "motors", "torque", "joint_speed", "acceleration"
 LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS = 12
 MOST_INTERVALS = 600
-MOST_PARTS = 8
+MOST_PARTS = 3
 PLANS = 3  # at most, of which the best is taken, and that are refined when asked for
-FAILURES = 4  # of starts, after which the search ends
+FAILURES = 8  # of starts, after which the search ends
 # Of the best plan's objective: the cost of a start on the coarse mesh that may still beat it.
 CLOSE = 1.05
 SAME = 1e-3  # of an objective, by which two motions on the coarse mesh are told apart
@@ -241,24 +241,35 @@ def _straight_and_bent(problem, collocation, began):
 def _best(starts, collocation, began, ways=1, swings=0):
     """Return the best plan of those that the first starts lead to.
 
-    Starts are left out whose cost on the coarse mesh is larger than that of a plan.
+    Starts are left out whose cost on the coarse mesh is larger than that of a plan. Where none
+    leads to a plan, the first one is insisted on.
     """
-    plans = []
-    failures = []
+    plans: list[Plan] = []
+    failures: list[PlanError] = []
     rest = list(starts)
-    while rest and len(failures) < FAILURES:
-        costs = [plan.objective for plan in plans]
-        if plans and (len(plans) == PLANS or rest[0].cost > CLOSE * min(costs)):
-            break
-        start = rest.pop(0)
+    alone = len(starts) == 1
+    # A coarse motion takes the time that it began with, however fast it could be.
+    free = starts[0].problem.stops[-1][1] is None
+
+    def attempt(start, insists):
         try:
-            plans.append(refined(start, collocation, began))
+            plans.append(refined(start, collocation, began, insists))
         except PlanError as error:
             failures.append(error)
-            if _is_over(collocation, began):
+
+    while rest and len(failures) < FAILURES:
+        if plans:
+            least = min(plan.objective for plan in plans)
+            dear = rest[0].cost == math.inf if free else rest[0].cost > CLOSE * least
+            if dear or len(plans) == PLANS:
                 break
+        attempt(rest.pop(0), alone)
+        if _is_over(collocation, began):
+            break
+    if not (plans or alone or _is_over(collocation, began)):
+        attempt(starts[0], True)
     if not plans:
-        raise failures[0]
+        raise failures[-1]
     plans.sort(key=lambda plan: plan.objective)
     rest = [start for start in rest if start.cost < math.inf]
     costs = [plan.objective for plan in plans[1:]] + [start.cost for start in rest]
@@ -269,13 +280,17 @@ def _best(starts, collocation, began, ways=1, swings=0):
 
 
 def refined(
-    start: Start, collocation: Collocation, began: tuple[float, float] | None = None
+    start: Start,
+    collocation: Collocation,
+    began: tuple[float, float] | None = None,
+    insists: bool = True,
 ) -> Plan:
     """Return the accurate plan that a start leads to; PlanError.
 
-    began: when the search did, s by the clock and of this thread; by default now.
+    began: when the search did, s by the clock and of this thread; by default now. insists: try
+    again where IPOPT does not converge, and find out which limits cannot be met.
     """
-    search = _PlanSearch(start.problem, collocation, began or _now())
+    search = _PlanSearch(start.problem, collocation, began or _now(), insists)
     plan = search.run(start.mesh, start.durations, start.guess)
     return refuse_broken(plan, collocation.tolerance)
 
@@ -291,10 +306,11 @@ def _is_over(collocation, began):
 class _PlanSearch:
     """Solve, refine the mesh where the plan is inaccurate, solve again; or name what is wrong."""
 
-    def __init__(self, problem, collocation, began):
+    def __init__(self, problem, collocation, began, insists=True):
         self.problem = problem
         self.collocation = collocation
         self.began = began
+        self.insists = insists
         self.tolerance = collocation.tolerance
         self.intervals = {}
         self.meshes = []
@@ -333,6 +349,9 @@ class _PlanSearch:
 
     def solved(self, mesh, durations, guess):
         found, plan = self.solve(mesh, durations, guess)
+        if not (found.solved or self.insists):
+            reason = f"IPOPT did not converge ({found.status})"
+            raise self.failure(self.best or plan, reason, found.status)
         if found.status == "Maximum_Iterations_Exceeded":  # begun afresh near its end, it converges
             found, plan = self.solve(mesh, found.durations, guess_again(plan, found))
         return (found, plan) if found.solved else self.recover(mesh, found, plan)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,7 +22,7 @@ from .functions import MotionPoint, refuse_not_finite
 if TYPE_CHECKING:
     from .guess import Guess
 
-MOST_ITERATIONS = 200
+MOST_ITERATIONS = 100
 # Of the coordinates' units, about a stop: its conditions hold in other poses too, far away.
 NEAR_STOP = 0.1
 REGULARIZING = 1e-6  # weight of the objective where the violation of limits is minimized
@@ -98,7 +99,10 @@ class Interval:
         self.rule = rule = problem.scheme
         self.coordinates = problem.coordinates
         self.length = problem.length
-        self.time = float(np.sum(durations))
+        # Of the whole motion, or of falling by half of a bar where this is shorter: bars that swing
+        # freely are so fast.
+        fastest = math.hypot(1 / np.sum(durations), math.sqrt(problem.fall / problem.length))
+        self.time = 1 / fastest
         self.force = problem.mass * (self.length / self.time**2 + problem.fall)
         self.torque = self.force * problem.lever
         size = self.coordinates.size

@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 # Intervals of the coarse mesh: at least, and in the time that a bar takes to fall by half of its
 # length.
 LEAST_INTERVALS = 24
-FALLING = 3.5
+FALLING = 7.5
 PLANNED = 4.0  # of the plan's first mesh, in that time
+TURN = 0.25  # rad or bars that a coarse motion moves in an interval of the plan's first mesh
 MOST_INTERVALS = 400
-SWINGS = 12
-NODES = 1000  # of all motions together
+SWINGS = 16
+NODES = 2000  # of all motions together
 # Of the first guess's, where the duration is free.
 DURATIONS = 1.0, 0.6, 1.6
 # Intervals (over those of the coarse mesh), steps, and motions that are kept for the next mesh.
@@ -90,9 +91,9 @@ def starts_between(
                 shot.append(found.of(range(len(found.x)), count))
     motions = Motions.together(shot)
     number = len(motions.x) - along
-    intervals = max(intervals, math.ceil(PLANNED * falls))
+    fall = max(intervals, math.ceil(PLANNED * falls))
     raw = [
-        Start(each, mesh_of(intervals, durations), durations, guess)
+        Start(each, mesh_of(fall, durations), durations, guess)
         for each, guess, durations in guesses
     ]
     for finer, steps, kept in STAGES:
@@ -106,7 +107,11 @@ def starts_between(
                 return raw, number
             motions.improve()
     best = [k for k in _best(motions) if motions.open[k] < CLOSED]
-    coarse = [_start(problem, motions.of([k], intervals), motions, k) for k in best]
+    coarse = []
+    for k in best:
+        moves = np.abs(np.diff(motions.x[k, :, :4] / motions.shooting.units[:4], axis=0))
+        own = max(intervals, math.ceil(moves.max(axis=1).sum() / TURN))
+        coarse.append(_start(problem, motions.of([k], own), motions, k))
     return coarse + raw, number
 
 

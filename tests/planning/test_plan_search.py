@@ -15,6 +15,7 @@ from fivebar.planning.plan import _PlanSearch, _refined
 from fivebar.planning.problem import PlanError, Problem
 from fivebar.planning.shooting import Motions, Shooting, at_all
 from fivebar.planning.starts import mesh_of
+from tests.benchmarks.plans import random_pairs
 
 ROBOT = fb.FiveBar()
 START, GOAL = (0.05, 0.12), (-0.03, 0.1)
@@ -87,24 +88,24 @@ def test_a_mesh_that_does_not_get_accurate_is_said_between_poses_too(monkeypatch
     monkeypatch.setattr(planner, "REFINEMENTS", 1)
     ends = [fb.igm(ROBOT, point) for point in (START, GOAL)]
     exact = fb.Collocation(intervals=4, tolerance=1e-6)
-    words = r"not accurate: error .* between nodes on 4 intervals, 1e-06 is allowed"
+    words = r"not accurate: error .* between nodes on \d+ intervals, 1e-06 is allowed"
     with pytest.raises(PlanError, match=words) as error:
         fb.plan(ROBOT, *ends, 1.0, collocation=exact)
     assert error.value.plan.working is None
 
 
 def test_intervals_are_divided_by_the_order_of_their_error(tries):
-    """Into ceil((2 error / tolerance)^(1 / degree)) parts, from 2 to 8; a good one is left."""
+    """Into ceil((2 error / tolerance)^(1 / degree)) parts, 2 or 3; a good one is left."""
     plan = planned()
     search = _PlanSearch(plan.problem, fb.Collocation(tolerance=1e-3), (0.0, 0.0))
     defects = np.array([5e-4, 1e-3, 2e-3, 0.0135, 0.5, 10.0, np.nan])
     found = replace(plan)
     found.__dict__["_relative_defects"] = defects
     found.__dict__["_exceeded"] = {}
-    assert search.parts(found).tolist() == [1, 1, 2, 3, 8, 8, 8]
+    assert search.parts(found).tolist() == [1, 1, 2, 3, 3, 3, 3]
     excess = np.array([[0.0, -1.0], [2e-3, 0.0], *[[-1.0, np.nan]] * 5])
     found.__dict__["_exceeded"] = {"reach": excess * found.problem.length}
-    assert search.parts(found).tolist() == [1, 2, 2, 3, 8, 8, 8]
+    assert search.parts(found).tolist() == [1, 2, 2, 3, 3, 3, 3]
     found.__dict__["_relative_defects"] = np.zeros(7)
     found.__dict__["_exceeded"] = {}
     assert search.parts(found) is None
@@ -174,6 +175,23 @@ def test_swings_are_found_at_the_first_call(start, goal, duration, most):
     """No ways but all of them, with much more time, cost as little: 0.00722 and 0.02636."""
     robot = fb.FiveBar(gravity=(0.0, -9.81))
     plan = fb.plan(robot, fb.igm(robot, *start), fb.igm(robot, *goal), duration)
+    assert plan.objective < most and plan.error <= 1e-3
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(
+    "name, number, objective, most",
+    [
+        ("heavy upright", 7, "effort", 6.7e-4),
+        ("heavy upright", 9, "effort", 1.5e-4),
+        ("limited torque", 2, "time", 0.177),
+    ],
+)
+def test_bars_that_whip_are_planned(name, number, objective, most):
+    """Meshes that did not follow them led to 0.0198 and 0.0038 N² m² s; one start, to 0.203 s."""
+    *_, (robot, start, goal, duration, limits) = random_pairs(name, number + 1)
+    duration = None if objective == "time" else duration
+    plan = fb.plan(robot, start, goal, duration, objective=objective, constraints=limits)
     assert plan.objective < most and plan.error <= 1e-3
 
 
