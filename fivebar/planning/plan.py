@@ -399,8 +399,7 @@ class _PlanSearch:
                 reason += " (functions of your own need slopes that do not jump, as at a root of 0)"
         broken = {name: value for name, value in plan.violations.items() if name in names}
         why = f"{reason}{self.problem.listed(broken)}"
-        words = f"plan: {why}; the best motion found is attached as .plan"
-        return PlanError(words, broken, plan, status)
+        return PlanError(f"plan: {why}", broken, plan, status)
 
 
 def _refined(mesh, parts):

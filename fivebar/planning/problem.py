@@ -62,6 +62,9 @@ class PlanError(RuntimeError):
         self, message: str, violations: dict[str, float], plan: Plan | None = None, status: str = ""
     ) -> None:
         super().__init__(message)
+        if plan is not None:
+            # Tracebacks show it; who typed a command could not reach it.
+            self.add_note("The best motion found is attached as .plan.")
         self.violations = violations
         self.plan = plan
         self.status = status
@@ -309,7 +312,7 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
     if violated:
         excesses = [f"{name}: by {by:.3g}" for name, by in violated.items()]
         words = ", ".join(excesses)
-        message = f"plan: the best motion found does not keep {words}; it is attached as .plan"
+        message = f"plan: the best motion found does not keep {words}"
         raise PlanError(message, violated, plan)
     return plan
 

@@ -92,6 +92,7 @@ def test_a_mesh_that_does_not_get_accurate_is_said_between_poses_too(monkeypatch
     with pytest.raises(PlanError, match=words) as error:
         fb.plan(ROBOT, *ends, 1.0, collocation=exact)
     assert error.value.plan.working is None
+    assert error.value.__notes__ == ["The best motion found is attached as .plan."]
 
 
 def test_intervals_are_divided_by_the_order_of_their_error(tries):
