@@ -21,7 +21,7 @@ from ..singularities.degenerate import refuse_singular_everywhere
 from .collocation import LIMITS, Scheme
 from .functions import OwnFunctions
 from .guess import bent_paths, first_guess, guess_again
-from .plans import Plan, PlanMesh, Tried
+from .plans import AGAIN, Plan, PlanMesh, Tried
 from .problem import (
     PlanError,
     Problem,
@@ -51,6 +51,8 @@ MOST_INTERVALS = 600
 MOST_PARTS = 3
 PLANS = 3  # at most, of which the best is taken, and that are refined when asked for
 FAILURES = 8  # of starts, after which the search ends
+CHANCES = 2  # of them from the coarse mesh
+PART = 1 / 8  # of the time: at most, on a mesh of a start that is not insisted on
 # Of the best plan's objective: the cost of a start on the coarse mesh that may still beat it.
 CLOSE = 1.05
 SAME = 1e-3  # of an objective, by which two motions on the coarse mesh are told apart
@@ -188,6 +190,10 @@ def plan(
     rule = Scheme(collocation.degree)
     if free:
         ways = ways_between(robot, start, goal, duration, via)
+        if not ways:
+            raise PlanError(
+                "plan: no way from start to goal was found: give a Pose between them as via", {}
+            )
         problems = [
             (Problem(robot, stops, None, weights, constraints, rule, own), paths)
             for stops, paths, _ in ways
@@ -241,8 +247,9 @@ def _straight_and_bent(problem, collocation, began):
 def _best(starts, collocation, began, ways=1, swings=0):
     """Return the best plan of those that the first starts lead to.
 
-    Starts are left out whose cost on the coarse mesh is larger than that of a plan. Where none
-    leads to a plan, the first one is insisted on.
+    Starts are left out whose cost on the coarse mesh is larger than that of a plan. Where two
+    fail, the ways that were not improved there are tried first; where all do, the shortest one is
+    insisted on.
     """
     plans: list[Plan] = []
     failures: list[PlanError] = []
@@ -264,16 +271,22 @@ def _best(starts, collocation, began, ways=1, swings=0):
             if dear or len(plans) == PLANS:
                 break
         attempt(rest.pop(0), alone)
+        if len(failures) == CHANCES and not plans:
+            rest.sort(key=lambda start: start.cost < math.inf)
         if _is_over(collocation, began):
             break
     if not (plans or alone or _is_over(collocation, began)):
-        attempt(starts[0], True)
+        attempt(max(starts, key=lambda start: start.cost), True)
     if not plans:
         raise failures[-1]
     plans.sort(key=lambda plan: plan.objective)
     rest = [start for start in rest if start.cost < math.inf]
+    least = plans[0].objective
     costs = [plan.objective for plan in plans[1:]] + [start.cost for start in rest]
-    tried = Tried(ways, swings, min(costs, default=None), _is_over(collocation, began))
+    dearer = [cost for cost in costs if cost > (1 + AGAIN) * least]
+    # A coarse motion that cost less, but led to no plan in its part of the time.
+    is_cut = _is_over(collocation, began) or min(start.cost for start in starts) * CLOSE < least
+    tried = Tried(ways, swings, min(dearer, default=None), is_cut)
     seconds = time.perf_counter() - began[0]
     others = *plans[1:], *(partial(refined, start, collocation) for start in rest[:PLANS])
     return replace(plans[0], tried=tried, others=others, solve_time=seconds)
@@ -357,7 +370,10 @@ class _PlanSearch:
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
     def solve(self, mesh, durations, guess, elastic=False):
-        left = self.collocation.max_time - (time.thread_time() - self.began[1])
+        most = self.collocation.max_time
+        left = most - (time.thread_time() - self.began[1])
+        if not self.insists:
+            left = min(left, PART * most)
         if elastic not in self.intervals:
             self.intervals[elastic] = Interval(self.problem, mesh, durations, guess, elastic)
         found = solve(self.intervals[elastic], mesh, durations, guess, left)
@@ -385,19 +401,25 @@ class _PlanSearch:
             raise self.failure(self.best or plan, reason, failed.status)
         if best.slack.max() > self.tolerance:
             names = [name for name, slack in zip(LIMITS, best.slack) if slack > 1e-6]
-            raise self.failure(nearest, "infeasible", failed.status, names)
+            # Speeds are limited at the points only, and the nearest motion leaps between them.
+            least = {}
+            if "joint_speed" in names:
+                share = float(best.slack[LIMITS.index("joint_speed")])
+                least["joint_speed"] = share * self.problem.unit("joint_speed")
+            raise self.failure(nearest, "infeasible", failed.status, names, least)
         found, plan = self.solve(mesh, best.durations, guess_again(nearest, best))
         if not found.solved:
             reason = f"IPOPT did not converge ({failed.status}, then {found.status})"
             raise self.failure(self.best or plan, reason, found.status)
         return found, plan
 
-    def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
+    def failure(self, plan, reason, status, names=(*LIMITS, "reach"), least=()):
         if self.problem.own is not None and "functions" in names:
             names = *names, *self.problem.own.constraints
             if reason.startswith("IPOPT"):
                 reason += " (functions of your own need slopes that do not jump, as at a root of 0)"
         broken = {name: value for name, value in plan.violations.items() if name in names}
+        broken.update(least)
         why = f"{reason}{self.problem.listed(broken)}"
         return PlanError(f"plan: {why}", broken, plan, status)
 

@@ -27,6 +27,7 @@ from .trajectory import refuse_nan
 if TYPE_CHECKING:
     from ..models.robots import Robot
 
+AGAIN = 1e-6  # of an objective: motions that differ by less are one
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
 COLUMNS = (
     "t",
@@ -159,15 +160,18 @@ class Plan(Animated):
     def alternatives(self) -> tuple[Plan, ...]:
         """Other motions between the same ends, the cheapest first, refined when first asked for.
 
-        They take some seconds. One that cannot be made accurate is left out.
+        They take some seconds. One that cannot be made accurate, or is one of the others or this
+        plan again, is left out.
         """
-        found = []
+        found = [self]
         for other in self.others:
             try:
-                found.append(other if isinstance(other, Plan) else other())
+                plan = other if isinstance(other, Plan) else other()
             except PlanError:
                 continue
-        return tuple(sorted(found, key=lambda plan: plan.objective))
+            if all(abs(plan.objective - each.objective) > AGAIN * each.objective for each in found):
+                found.append(plan)
+        return tuple(sorted(found[1:], key=lambda plan: plan.objective))
 
     @property
     def robot(self) -> Robot:

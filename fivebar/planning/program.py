@@ -76,8 +76,10 @@ def solve(
     start = {"x0": program.values(guess)} | program.bounds() | limits
     result, stats = minimized("plan", nlp, options, **start)
     pieces, durations, controls, slack = program.in_si(result["x"].full().ravel())
-    choosing = interval.choosing * pieces.effort
-    objective = float(result["f"]) * interval.cost_unit - choosing
+    cost = float(result["f"])
+    if interval.elastic:
+        cost = (cost - slack.sum()) / REGULARIZING
+    objective = cost * interval.cost_unit - interval.choosing * pieces.effort
     status = stats["return_status"]
     iterations = int(stats["iter_count"])
     return PlanSolution(pieces, durations, controls, slack, objective, status, iterations)

@@ -29,7 +29,7 @@ NODES = 2000  # of all motions together
 # Of the first guess's, where the duration is free.
 DURATIONS = 1.0, 0.6, 1.6
 # Intervals (over those of the coarse mesh), steps, and motions that are kept for the next mesh.
-STAGES = (1.0, 8, 8), (1.5, 8, 4), (2.5, 16, 3)
+STAGES = (1.0, 8, 8), (1.5, 8, 4)
 CLOSED = 0.5  # sum of all gaps, scaled, of a motion that may lead to a plan
 SAME = 0.3  # rad or bars: motions that are nowhere farther apart are one
 

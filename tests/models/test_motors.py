@@ -190,7 +190,7 @@ def test_a_tracker_that_knows_the_line_asks_for_no_more():
         run = fb.simulate(LAB, tracker, motion, torque_limit=SLOW, control_period=0.002)
         beyond.append(np.abs(run.control.commanded - run.control.applied).max())
         errors.append(np.abs(run.error).max())
-    assert errors[0] < 1e-4 < errors[1]
+    assert errors[0] < errors[1] < 1e-4
     assert beyond[0] < 1e-4 < 1e-3 < beyond[1]
 
 

@@ -141,3 +141,24 @@ def test_bad_input(options, words):
 def test_bad_collocation(settings, words):
     with pytest.raises(ValueError, match=f"Collocation: {words}"):
         fb.Collocation(**settings)
+
+
+@pytest.mark.parametrize(
+    "limits, name", [({"joint_speed": 1.2}, "joint_speed"), ({"torque": 0.02}, "torque")]
+)
+def test_what_cannot_be_kept_is_told_with_the_least_excess_and_the_effort(limits, name):
+    """q2 turns by 1.2335 rad within a second, so that a speed of 1.2336 rad/s must do."""
+    with pytest.raises(PlanError, match="infeasible") as error:
+        fb.plan(fb.FiveBar(), (0.09, 0.068), (0.0, 0.1), 1.0, constraints=fb.Constraints(**limits))
+    (limit,) = limits.values()
+    assert 0 < error.value.violations[name] < 0.06 * limit
+    plan = error.value.plan
+    tau = plan.torques(np.linspace(0.0, 1.0, 20001))
+    assert plan.objective == pytest.approx(np.mean((tau**2).sum(axis=1)), rel=1e-3)
+
+
+def test_modes_that_no_way_joins_are_refused():
+    robot = fb.Biglide()
+    ends = fb.igm(robot, (0.0, 0.2)), fb.igm(robot, (0.05, 0.35), (1, 1))
+    with pytest.raises(PlanError, match="give a Pose between them as via"):
+        fb.plan(robot, *ends, 1.0)

@@ -37,6 +37,16 @@ LARGE = fb.FiveBar.from_links(
     rotor=(5e-3, 5e-3),
 )
 LAB = fb.FiveBar(gravity=DOWN)
+EQUAL = fb.FiveBar.from_links(
+    0.1,
+    0.1,
+    0.1,
+    0.1,
+    0.08,
+    dict.fromkeys(("11", "12", "21", "22"), 0.05),
+    payload=0.2,
+    gravity=DOWN,
+)
 # Robot, active joints and assembly mode at both ends, duration.
 PAIRS = [
     (HEAVY, ((0.0733, 2.7929), -1), ((-0.4754, 2.0318), -1), 2.1),
@@ -137,3 +147,15 @@ def test_an_interval_ends_on_the_closed_loop():
     )
     assert np.hypot(*loop_gap(bars_pose(HEAVY, tuple(closed_bars)))) < 1e-6
     assert np.abs(closed_bars - open_bars).max() < 3e-3 and np.abs(closed_rates - rates).max() < 0.5
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(
+    "robot, start, goal, most",
+    [(LAB, (0.0, 0.1), (0.03, 0.11), 0.0479), (EQUAL, (0.0, 0.12), (0.03, 0.15), 0.0149)],
+)
+def test_swings_that_lead_to_no_plan_leave_time_for_the_ways(robot, start, goal, most):
+    """In 3 s bars fall many times, and meshes of their swings would take all of the time."""
+    plan = fb.plan(robot, fb.igm(robot, start), fb.igm(robot, goal), 3.0)
+    assert plan.objective < most and plan.error <= 1e-3
+    assert all(other.objective > plan.objective for other in plan.alternatives)
