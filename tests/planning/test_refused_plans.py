@@ -154,7 +154,7 @@ def test_what_cannot_be_kept_is_told_with_the_least_excess_and_the_effort(limits
     assert 0 < error.value.violations[name] < 0.06 * limit
     plan = error.value.plan
     tau = plan.torques(np.linspace(0.0, 1.0, 20001))
-    assert plan.objective == pytest.approx(np.mean((tau**2).sum(axis=1)), rel=1e-3)
+    assert plan.objective == pytest.approx(np.mean((tau**2).sum(axis=1)), rel=1e-2)
 
 
 def test_modes_that_no_way_joins_are_refused():
