@@ -52,7 +52,7 @@ MOST_PARTS = 3
 PLANS = 3  # at most, of which the best is taken, and that are refined when asked for
 FAILURES = 8  # of starts, after which the search ends
 CHANCES = 2  # of them from the coarse mesh
-PART = 1 / 8  # of the time: at most, on a mesh of a start that is not insisted on
+PART = 1 / 10  # of the time: at most, on a mesh of a start that is not insisted on
 # Of the best plan's objective: the cost of a start on the coarse mesh that may still beat it.
 CLOSE = 1.05
 SAME = 1e-3  # of an objective, by which two motions on the coarse mesh are told apart

@@ -158,4 +158,3 @@ def test_swings_that_lead_to_no_plan_leave_time_for_the_ways(robot, start, goal,
     """In 3 s bars fall many times, and meshes of their swings would take all of the time."""
     plan = fb.plan(robot, fb.igm(robot, start), fb.igm(robot, goal), 3.0)
     assert plan.objective < most and plan.error <= 1e-3
-    assert all(other.objective > plan.objective for other in plan.alternatives)
