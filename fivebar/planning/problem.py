@@ -117,6 +117,11 @@ class Problem:
         """Return the acceleration of gravity, m/s^2."""
         return math.hypot(*loads_of(self.robot).gravity)
 
+    @property
+    def fall_rate(self) -> float:
+        """Return 1 over the time, s, in which a bar falls by half of its length; 0: no weight."""
+        return math.sqrt(self.fall / self.length)
+
     @cached_property
     def side(self) -> float:
         """Return the sign of det A at the start, which a limit on it keeps."""

@@ -103,8 +103,7 @@ class Interval:
         self.length = problem.length
         # Of the whole motion, or of falling by half of a bar where this is shorter: bars that swing
         # freely are so fast.
-        fastest = math.hypot(1 / np.sum(durations), math.sqrt(problem.fall / problem.length))
-        self.time = 1 / fastest
+        self.time = 1 / math.hypot(1 / np.sum(durations), problem.fall_rate)
         self.force = problem.mass * (self.length / self.time**2 + problem.fall)
         self.torque = self.force * problem.lever
         size = self.coordinates.size

@@ -73,7 +73,7 @@ def starts_between(
     factors = DURATIONS if free else (1.0,)
     duration = float(guesses[0][2].sum())
     shooting = Shooting(problem, duration)
-    falls = max(factors) * duration * math.sqrt(problem.fall / problem.length)
+    falls = max(factors) * duration * problem.fall_rate
     count = min(max(LEAST_INTERVALS, math.ceil(FALLING * falls)), MOST_INTERVALS)
     most = max(NODES // count, 2)
     mesh = mesh_of(count, guesses[0][2])
@@ -91,9 +91,9 @@ def starts_between(
                 shot.append(found.of(range(len(found.x)), count))
     motions = Motions.together(shot)
     number = len(motions.x) - along
-    fall = max(intervals, math.ceil(PLANNED * falls))
+    even = max(intervals, math.ceil(PLANNED * falls))
     raw = [
-        Start(each, mesh_of(fall, durations), durations, guess)
+        Start(each, mesh_of(even, durations), durations, guess)
         for each, guess, durations in guesses
     ]
     for finer, steps, kept in STAGES:

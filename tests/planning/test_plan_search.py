@@ -92,6 +92,8 @@ def test_a_mesh_that_does_not_get_accurate_is_said_between_poses_too(monkeypatch
     with pytest.raises(PlanError, match=words) as error:
         fb.plan(ROBOT, *ends, 1.0, collocation=exact)
     assert error.value.plan.working is None
+    (mesh,) = error.value.plan.meshes
+    assert mesh.intervals >= 4 and f"on {mesh.intervals} intervals" in str(error.value)
     assert error.value.__notes__ == ["The best motion found is attached as .plan."]
 
 
