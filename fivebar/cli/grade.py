@@ -80,11 +80,11 @@ def _hand_out_template(lab):
     from ..grading.report.outputs import write_whole
 
     template, path = lab.template(), Path(lab.file() or "student.py")
-    if not template:
-        raise UsageError(f"FILE is missing; {lab.name} has no file to fill in")
     command = f"fivebar check {lab.name} {path}"
+    if not template:
+        raise UsageError(f"which file is yours? {lab.name} has none to fill in: {command}")
     if path.exists():
-        raise UsageError(f"FILE is missing; {path} is here already: {command}")
+        raise UsageError(f"which file is yours? {path} is here already: {command}")
     write_whole(path, template)
     print(
         f"{path} is written: fill in its functions as {lab.folder}/README.md asks, then {command}"
@@ -132,6 +132,8 @@ def _grade(arguments):
     report = _graded(arguments, lab, how)
     for line in (isolation(isolate), *report.warnings):
         print(line, file=sys.stderr)
+    # A lab with a fault ends here, before files of points are written.
+    _show(arguments, report)
     if arguments.gradescope:
         from ..grading.report.outputs import gradescope_text
 
@@ -140,7 +142,6 @@ def _grade(arguments):
         from ..grading.report.outputs import CHECK_COLUMNS, check_rows, csv_text
 
         _write(arguments.csv, csv_text(CHECK_COLUMNS, check_rows(report)))
-    _show(arguments, report)
     _must_reach(arguments, [report])
 
 

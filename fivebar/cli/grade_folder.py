@@ -124,6 +124,7 @@ def hand_out(arguments, lab, secret):
     """
     from ..grading.intake.students_robots import draw_for, id_key, robot_for
     from ..grading.report.outputs import file_name, write_whole
+    from ..grading.robots import has_models
 
     if arguments.out is None or secret is None:
         raise UsageError("--hand-out needs --out DIR and the course's secret")
@@ -131,6 +132,11 @@ def hand_out(arguments, lab, secret):
         text, _ = whole_text(arguments.hand_out, "a list of ids")
     if not lab.template():
         raise UsageError(f"--hand-out: {lab.name} has no student.py to hand out")
+    if not lab.hides_robot and not has_models(lab.robot()):
+        raise UsageError(
+            f"--hand-out: robots for each student are five-bars and biglides; for its own kind,"
+            f" {lab.name} needs HAND_OUT in its exercises.py"
+        )
     students = {}
     for line in filter(None, map(str.strip, text.splitlines())):
         students.setdefault(id_key(line), line)

@@ -19,11 +19,13 @@ import pytest
 
 from ..base.progress import progress
 from ..models.robots import Robot
+from .advice.advice import of_another
 from .intake.program import Job, NoProgram, Program, session
 from .intake.students_robots import PUBLIC_SEED
 from .labs import Lab, find_lab
 from .plugin import Checks
 from .report.shown import ShownReport
+from .robots import parameters_of
 from .worker.sandbox import IsolationError, KilledError
 from .worker.submission import MOST_ARCHIVE
 
@@ -157,7 +159,7 @@ def _report(lab, checks, before, home, **rest):
         lab.name,
         checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
         seed=checks.seed,
-        robot=(program.robot or robot).parameters,
+        robot=parameters_of(program.robot or robot),
         lab_hash=lab.hash(),
         trouble=trouble or "",
         notes=(
@@ -200,7 +202,7 @@ def _notes(lab, robot, program):
         return (words,)
     if lab.constants():
         return program.robot_of_file(lab)[1]
-    numbers, constants = robot.parameters.items(), program.student.constants
+    numbers, constants = parameters_of(robot).items(), program.student.constants
     other = []
     for name, right in numbers:
         own = constants.get(name, right)
@@ -213,8 +215,8 @@ def _notes(lab, robot, program):
 
 def own_robot(lab: Lab, robot: Robot) -> tuple[str, ...]:
     """Return what a report says of a file that holds a robot of its student's own."""
-    standard = lab.robot().parameters
-    own = [f"{k} = {v:g}" for k, v in robot.parameters.items() if v != standard[k]]
+    standard = parameters_of(lab.robot())
+    own = [f"{k} = {v:g}" for k, v in parameters_of(robot).items() if v != standard[k]]
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 
@@ -235,13 +237,24 @@ def _other_lab(lab, program):
 
 
 def _absent(lab, robot, checks):
-    """Yield points that were lost may be so because lengths cannot be set."""
-    if lab.constants():
+    """Yield the numbers that a file does not give, and on which right answers depend where points
+    were lost.
+    """
+    given = checks.program.student.constants
+    if lab.constants() or not given:
         return
-    constants = checks.program.student.constants
-    absent = ", ".join(name for name in robot.parameters if name not in constants)
-    if absent and constants and any(check.reason == "value" for check in checks.found):
-        yield f"Your program gives no number to {absent}: it is judged as if it had the robot's."
+    wrong = {check.function for check in checks.found if check.reason == "value"}
+    asked = [rows for ask in checks.asks for rows in ask.rows_asked if rows.exercise.name in wrong]
+    absent = []
+    for name, value in parameters_of(robot).items():
+        changed = {name: 1.01 * value}
+        if name not in given and any(of_another(rows, changed) for rows in asked):
+            absent.append(name)
+    if absent:
+        yield (
+            f"Your program gives no number to {', '.join(absent)}: it is judged as if it had the"
+            " robot's."
+        )
 
 
 def job_hash(job: Job) -> str:

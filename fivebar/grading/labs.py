@@ -5,8 +5,11 @@ package.
 from __future__ import annotations
 
 import hashlib
+import sys
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
+from unittest.mock import patch
 
 import numpy as np
 
@@ -14,6 +17,7 @@ from ..base.errors import UsageError
 from ..models.robots import FiveBar, Robot
 from .exercise import Exercise
 from .intake.students_robots import with_constants
+from .robots import parameters_of
 
 PACKAGE = Path(__file__).parents[1]
 SHIPPED = PACKAGE / "_labs"  # in a clone a link to labs/, which a wheel holds itself
@@ -130,11 +134,7 @@ class Lab:
             return {}
         stamp = path.stat().st_mtime_ns
         if _LOADED.get(path, (None,))[0] != stamp:
-            content = {"__name__": f"exercises of {self.name}", "__file__": str(path)}
-            exec(
-                compile(path.read_bytes(), path, "exec"), content
-            )  # leaves no bytecode file beside it
-            _LOADED[path] = stamp, content
+            _LOADED[path] = stamp, _loaded(path)
         return _LOADED[path][1]
 
     def hash(self) -> str:
@@ -147,6 +147,33 @@ class Lab:
 
 
 _LOADED: dict = {}
+
+
+def _loaded(path):
+    """Return what exercises.py defines. What it imports from its own folder is the lab's alone."""
+    module = ModuleType(f"exercises of {path.parent.name}")
+    module.__file__ = str(path)
+    before = {*sys.modules}
+    sys.modules[module.__name__] = module  # where a dataclass looks for its names
+    try:
+        with (
+            patch.object(sys, "path", [str(path.parent), *sys.path]),
+            patch.object(sys, "dont_write_bytecode", True),
+        ):
+            exec(compile(path.read_bytes(), path, "exec"), vars(module))
+    finally:
+        for name in {
+            module.__name__,
+            *(beside.stem for beside in path.parent.glob("*.py")),
+        } - before:
+            sys.modules.pop(name, None)
+    robot = getattr(module, "ROBOT", FiveBar())
+    if isinstance(robot, type) or not parameters_of(robot):
+        raise UsageError(
+            f"{path}: ROBOT must be an object of a dataclass or a NamedTuple that has numbers, such"
+            f" as lengths, or one of fivebar's robots and linkages, not {robot!r:.80}"
+        )
+    return vars(module)
 
 
 def known_labs(folder: str | Path | None = None) -> list[Lab]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..intake.students_robots import robot_from
 from ..judging.questions import AskedRows
 from ..judging.results import Check, checked
 from ..judging.with_right_ones import Budget, builds_on
@@ -125,7 +126,7 @@ class Advice:
         """
         yield self._asked
         for numbers in self._lab.also():
-            others = [_of_another(rows, numbers) for rows in self._asked[function]]
+            others = [of_another(rows, numbers) for rows in self._asked[function]]
             if any(others):
                 own = zip(others, self._asked[function])
                 yield self._asked | {function: [other or rows for other, rows in own]}
@@ -182,9 +183,9 @@ class Advice:
         return names
 
 
-def _of_another(rows, numbers):
+def of_another(rows: AskedRows, numbers: dict[str, float]) -> AskedRows | None:
     """Return rows for a robot of other numbers, None where its answers are the same."""
-    robot, exercise = replace(rows.robot, **numbers), rows.exercise
+    robot, exercise = robot_from(rows.robot, numbers), rows.exercise
     outcomes = [exercise.outcome(exercise.answer, r, rows.columns) for r in (rows.robot, robot)]
     same = rows.constants or np.array_equal(*outcomes, equal_nan=True)
     return None if same else replace(rows, robot=robot)

@@ -16,6 +16,7 @@ from ...base.backend import pairs
 from ..columns import Array, inverse
 from ..judging.questions import AskedRows, rows_from
 from ..judging.relations import MODES
+from ..robots import has_models, parameters_of
 from ..worker.student import Tried
 from ..worker.wire import Change
 from .derivation import Derivation, turned
@@ -176,12 +177,21 @@ class Quantities:
     """What is known by name in some rows of questions: values (rows, numbers)."""
 
     def __init__(self, rows: AskedRows):
-        robot, words = rows.robot, rows.robot.words
         given = dict(zip(rows.exercise.arguments, rows.columns))
-        s = Derivation(robot, given, {})
         count = len(rows.columns[0])
         self.named: list[tuple[str, Array]] = []
-        places = {"base": words.base, "pivot": "elbow" if robot.turns else "foot"}
+        if has_models(rows.robot):
+            self._name_steps(rows.robot, given, count)
+        self.plain = [(name, np.asarray(column, float)[:, None]) for name, column in given.items()]
+        self.lengths_and_masses = [
+            (name, np.full((count, 1), value))
+            for name, value in parameters_of(rows.robot).items()
+            if value
+        ]
+
+    def _name_steps(self, robot, given, count):
+        s = Derivation(robot, given, {})
+        places = {"base": robot.words.base, "pivot": "elbow" if robot.turns else "foot"}
         for name, step in QUANTITIES.items():
             try:
                 with np.errstate(all="ignore"):
@@ -194,12 +204,6 @@ class Quantities:
             name = re.sub(r"\b(base|pivot)(?=s?\b)", lambda m: places[m[0]], name)
             parts = _with_parts(name, value)
             self.named += [(text, one) for text, one in parts if _tells(one)]
-        self.plain = [(name, np.asarray(column, float)[:, None]) for name, column in given.items()]
-        self.lengths_and_masses = [
-            (name, np.full((count, 1), value))
-            for name, value in robot.parameters.items()
-            if isinstance(value, float) and value
-        ]
 
     def name_of(self, values: Array) -> str:
         """Return what values are called, "" where they have no name."""

@@ -27,6 +27,8 @@ from ..judging.with_right_ones import (
     with_right_called,
 )
 from ..labs import Lab
+from ..models import MODELS
+from ..robots import has_models
 from ..ten_models import TEN, columns_of, motions
 from ..worker.student import Tried
 from ..worker.wire import Change
@@ -432,7 +434,7 @@ def _answerable(rows, program, lab):
     lets them be set.
     """
     asked = [rows]
-    if not rows.constants:
+    if not rows.constants and has_models(rows.robot):
         for longer in (False, True):
             robot, constants = _with_others(rows.robot, program, lab, longer)
             moved = moving(rows, robot) if longer else rows
@@ -448,8 +450,9 @@ def moving(rows: AskedRows, robot: Robot) -> AskedRows:
     """Return rows for one of the lab's ten functions with motions that another robot can make: on
     angles and rates that do not belong together, right formulas differ.
     """
-    if rows.exercise.name not in TEN:
+    name, arguments = rows.exercise.name, rows.exercise.arguments
+    if name not in TEN or arguments != tuple(MODELS[name][1]):
         return rows
-    columns = columns_of(rows.exercise.name, motions(robot, np.random.default_rng(0), OTHERS))
+    columns = columns_of(name, motions(robot, np.random.default_rng(0), OTHERS))
     tolerance, none = np.full(OTHERS, rows.tolerance.max()), np.zeros(OTHERS, bool)
     return replace(rows, columns=columns, tolerance=tolerance, refuse=none, good=none)

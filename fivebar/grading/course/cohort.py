@@ -27,6 +27,7 @@ from ..judging.results import Report
 from ..labs import Lab
 from ..report.outputs import file_name, write_whole
 from ..report.text import nothing_is_filled_in
+from ..robots import parameters_of
 from ..worker.submission import SubmissionError, read_submission
 from .graders import GraderError, Workers
 
@@ -99,7 +100,7 @@ class Cohort:
             notes=report.notes if robot is None else own_robot(self.lab, robot),
             submission=job.name,
             student=job.student,
-            robot=job.robot.parameters,
+            robot=parameters_of(job.robot),
             submission_hash=job_hash(job),
             # What was asked is drawn for the first one's robot.
             checks=tuple(replace(check, asked="") for check in report.checks),
@@ -117,7 +118,7 @@ class Cohort:
             return None  # none yet, or no result: graded again
         job = self.job(entry)
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
-        now = job.student, job_hash(job), self.lab.hash(), job.seed, job.robot.parameters
+        now = job.student, job_hash(job), self.lab.hash(), job.seed, parameters_of(job.robot)
         key, now = (*key, report.packages), (*now, job.packages)
         if key != now or not report.submission_hash or report.faults:
             return None

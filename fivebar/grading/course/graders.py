@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import threading
 from concurrent.futures import CancelledError
+from dataclasses import replace
 from pathlib import Path
 
 from ...base.workers import WorkerPool
 from ..grade import grade
 from ..intake.program import Job
 from ..labs import Lab
+from ..robots import parameters_of, with_numbers
 from ..worker.sandbox import IsolationError, KilledError
 
 
@@ -34,7 +36,9 @@ class Workers:
         """
         pool = getattr(self._local, "pool", None) or self._start()
         try:
-            return pool.submit(grade_job, job, lab.folder).result()
+            # A robot may be of a class that the lab defines, which another process has not got.
+            plain = replace(job, robot=parameters_of(job.robot))
+            return pool.submit(grade_job, plain, lab.folder).result()
         except (RuntimeError, CancelledError):  # BrokenProcessPool, or a pool that is stopped
             self._local.pool = None
             pool.kill()
@@ -68,7 +72,9 @@ def move_stdout() -> None:
 def grade_job(job: Job, folder: Path) -> dict:
     """Grade one submission; the answer is plain data."""
     try:
-        report = grade(Lab(folder), job)
+        lab = Lab(folder)
+        own = replace(job, robot=with_numbers(lab.robot(), job.robot))
+        report = grade(lab, own)
         return {"report": report.as_json(figures=True), "warnings": report.warnings}
     except IsolationError as error:  # of this machine: nobody can be graded
         return {"error": str(error)}

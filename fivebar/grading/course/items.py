@@ -53,10 +53,10 @@ def items(reports: list[Report]) -> list[Item]:
 
 
 def has_marks(report: Report) -> bool:
-    """Return whether a report tells what a student can do: it was graded, and there was a
-    program.
+    """Return whether a report tells what a student can do: it was graded, by a lab without a fault,
+    and there was a program.
     """
-    return not report.ungraded and not report.no_program
+    return not (report.ungraded or report.faults or report.no_program)
 
 
 def _all_right(report):

@@ -260,7 +260,7 @@ def _state(results, most, parts):
     absent = []
     for lab in most:
         _, report = results.get(lab, (None, None))
-        if report and report.ungraded:
+        if report and (report.ungraded or report.faults):
             ungraded.append(lab)
         if not report or report.no_program:
             absent.append(lab)

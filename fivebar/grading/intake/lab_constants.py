@@ -4,9 +4,8 @@ l, d, mf, mp.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ...models.robots import Robot
+from ..robots import with_numbers
 
 # Of the lab's number: 0.002 and 0.002025 kg m^2 are both in its papers, 0.1 m for 0.09 m is an
 # error.
@@ -34,4 +33,4 @@ def robot_of_file(
                 f"Your file has {name} = {value:g}, but the lab's robot has {right:g}. Your file is"
                 " graded for the lab's robot."
             )
-    return replace(standard, **given), tuple(notes)
+    return with_numbers(standard, given), tuple(notes)

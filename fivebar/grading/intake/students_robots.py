@@ -7,12 +7,12 @@ from __future__ import annotations
 import hmac
 import re
 import unicodedata
-from dataclasses import replace
 
 import numpy as np
 
 from ...base.errors import UsageError
 from ...models.robots import Biglide, FiveBar, Robot
+from ..robots import has_models, parameters_of, with_numbers
 
 PUBLIC_SEED = "public"
 
@@ -82,7 +82,7 @@ def biglide_of(secret: bytes, student: str) -> Biglide:
 
 def with_constants(source: str, robot: Robot) -> str:
     """Return a student.py's source with the robot's numbers in its lines `l11 = ...`."""
-    for name, value in robot.parameters.items():
+    for name, value in parameters_of(robot).items():
         line = rf"(?m)^({name}\s*=\s*)[^\s#]+"
         with_value = rf"\g<1>{value!r}"
         source, found = re.subn(line, with_value, source, count=1)
@@ -94,20 +94,19 @@ def with_constants(source: str, robot: Robot) -> str:
 
 
 def robot_for(student: str, secret: bytes | None, standard: Robot) -> Robot:
-    """Return a student's robot: his own where the course has a secret, else the lab's
-    standard one.
+    """Return a student's robot: his own where the course has a secret and the package can draw
+    such a robot, else the lab's standard one.
     """
-    if secret is None:
+    if secret is None or not has_models(standard):
         return standard
-    if isinstance(standard, Biglide):
-        return biglide_of(secret, student)
-    return robot_of(secret, student)
+    draw = biglide_of if isinstance(standard, Biglide) else robot_of
+    return with_numbers(standard, parameters_of(draw(secret, student)))
 
 
 def lengths(robot: Robot) -> dict[str, float]:
     """Return a robot's lengths by name, m."""
     found = {}
-    for name, value in robot.parameters.items():
+    for name, value in parameters_of(robot).items():
         if name.startswith(("l", "d")):
             found[name] = value
     return found
@@ -118,10 +117,10 @@ def robot_from(standard: Robot, constants: dict[str, float]) -> Robot:
     where that is no robot.
     """
     changes = {}
-    for name in standard.parameters:
+    for name in parameters_of(standard):
         if name in constants:
             changes[name] = constants[name]
     try:
-        return replace(standard, **changes)
+        return with_numbers(standard, changes)
     except (ValueError, OverflowError):
         return standard

@@ -10,14 +10,13 @@ import numpy as np
 
 from ...models.robots import Robot
 from ..exercise import Exercise, Misconception
+from ..robots import has_models
 
 
 def in_degrees(exercise: Exercise, robot: Robot) -> list[Misconception]:
     """Return sines and cosines of angles that are taken for degrees; rates stay what they are."""
-    at = [
-        name in ("q12", "q22") or name in ("q11", "q21") and robot.turns
-        for name in exercise.arguments
-    ]
+    turning = {"q12", "q22"} | ({"q11", "q21"} if has_models(robot) and robot.turns else set())
+    at = [name in turning for name in exercise.arguments]
     if not any(at):
         return []
 

@@ -18,6 +18,7 @@ from ..exercise import Exercise
 from ..intake.program import Program
 from ..labs import Lab
 from ..models import HELPERS, exercises_on
+from ..robots import has_models
 from ..ten_models import motions
 from ..worker.replies import Reply
 from .judge import Verdict, judge
@@ -40,7 +41,10 @@ def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
     """Return the wrong helpers of a program by name, where it can be told what they should give."""
     robot, student = program.robot_in(lab), program.student
     found: dict = {}
-    moving = dict(zip(MOTION, joint_motion(motions(robot, np.random.default_rng(5), ROWS).rates)))
+    moving = {}
+    if has_models(robot):
+        rates = motions(robot, np.random.default_rng(5), ROWS).rates
+        moving = dict(zip(MOTION, joint_motion(rates)))
     for name, (arguments, _) in student.outline.items():
         if name in lab.exercises() or name not in student.names or not arguments:
             continue

@@ -15,6 +15,7 @@ from ..columns import Columns
 from ..exercise import Exercise
 from ..intake.program import Program
 from ..labs import Lab
+from ..robots import parameters_of, with_numbers
 from ..values import Unfit, read
 from ..worker.replies import Reply
 from .changing_answers import CHANGES, changing
@@ -76,7 +77,7 @@ class Questions:
             program.robot_in(lab),
             lab.robot(),
         )
-        self._also = tuple(replace(self._robot, **numbers) for numbers in lab.also())
+        self._also = tuple(with_numbers(self._robot, numbers) for numbers in lab.also())
 
     def _replies(self, name, rows, constants, limit):
         if name in self._hopeless:
@@ -158,7 +159,7 @@ class Questions:
         return (
             {}
             if robot is self._robot
-            else {k: v for k, v in robot.parameters.items() if k in known}
+            else {k: v for k, v in parameters_of(robot).items() if k in known}
         )
 
 

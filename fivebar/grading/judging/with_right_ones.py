@@ -15,6 +15,7 @@ from ...models.robots import Robot
 from ..exercise import Exercise
 from ..intake.program import Program
 from ..labs import Lab
+from ..robots import parameters_of, with_numbers
 from ..worker.live import Live
 from ..worker.replies import Reply
 from ..worker.student import LIMIT, Tried
@@ -77,12 +78,12 @@ class Helped:
         limit: float | None = None,
         tried: Tried | None = None,
     ) -> list[Reply]:
-        known = self.robot.parameters
+        known = parameters_of(self.robot)
         lengths_and_masses: dict = {}
         for name, value in (constants or {}).items():
             owners = self.constants_of.get(name, (name,))
             lengths_and_masses |= {owner: value for owner in owners if owner in known}
-        robot = replace(self.robot, **lengths_and_masses)
+        robot = with_numbers(self.robot, lengths_and_masses)
         given = {name: self._right(name, robot) for name in self.exercises}
         patience, tried = PATIENCE * (limit or LIMIT), tried or self._tried(rows)
         options = {"tried": tried} if tried else {}  # a session's functions cannot be changed

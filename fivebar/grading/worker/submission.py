@@ -47,6 +47,7 @@ OF_PYTHON = (
     "%%prun",
 )  # magics of a cell whose code the notebook's session runs
 _IN_ZIP = re.compile(rf"(.+?\{ARCHIVE})/(.+)", re.DOTALL | re.IGNORECASE)  # a zip in the zip
+_NOTEBOOK = re.compile(r'\s*\{\s*"(cells|metadata|nbformat)')  # how a notebook's JSON begins
 _COOKIE = re.compile(rb"[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
 
 
@@ -95,13 +96,15 @@ def read_submission(path: str | Path, member: str = "") -> Submission:
     notebook = suffix == ".ipynb"
     most = MOST_NOTEBOOK if notebook else MOST_SOURCE
     data = _member(path, member, most) if member else _bytes(path, most)
-    if not notebook:
-        text, remark = _source(data, name)
+    text, remark = (_text(data, name, "utf-8"), "") if notebook else _source(data, name)
+    if not (notebook or _NOTEBOOK.match(text)):
         return Submission(name, text, remark=remark)
-    source, cells = _code(_text(data, name, "utf-8"), name)
+    if not notebook:
+        remark = f"{name} is a notebook, and is graded as one: its name should end with .ipynb."
+    source, cells = _code(text, name)
     if len(source) > MOST_SOURCE:
         raise SubmissionError(f"{name} holds more than {MOST_SOURCE} characters of code")
-    return Submission(name, source, "notebook", cells)
+    return Submission(name, source, "notebook", cells, remark)
 
 
 @contextmanager
