@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from ..models.values import Named
@@ -20,13 +21,12 @@ def parameters_of(robot: Any) -> dict[str, float]:
     if has_models(robot):
         values = robot.parameters
     else:
-        names = getattr(robot, "_fields", None) or getattr(robot, "__dataclass_fields__", ())
+        names = getattr(robot, "_fields", getattr(robot, "__dataclass_fields__", ()))
         values = {name: getattr(robot, name) for name in names}
     return {name: value for name, value in values.items() if isinstance(value, (int, float))}
 
 
 def with_numbers(robot: Any, numbers: dict[str, Any]) -> Any:
     """Return a robot of which some numbers are other ones."""
-    if isinstance(robot, tuple):
-        return robot._replace(**numbers)
-    return replace(robot, **numbers)
+    change = getattr(robot, "_replace", partial(replace, robot))  # a NamedTuple's own
+    return change(**numbers)

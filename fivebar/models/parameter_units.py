@@ -11,6 +11,7 @@ from ..base.units import NO_UNIT, number_in
 # Numbers at the end of a name do not count.
 NAMES = {
     "l d x y along across shift clearance region widths posts half_planes": units.METRES,
+    "task_x task_y": units.METRES,
     "turn offset ratio joints q": units.RADIANS,
     "links m mf mass payload": units.KILOGRAMS,
     "mx my": units.FIRST_MOMENTS,

@@ -197,7 +197,9 @@ class Setpoints:
         beyond = (values < low) | (values > high)
         if beyond.any():
             row, motor = np.argwhere(beyond)[0]
-            way_out = "give another zero" + (", or wrap=True" if has_one_turn else "")
+            way_out = "give another zero (--zero-counts)"
+            if has_one_turn:
+                way_out += ", or wrap=True (--wrap)"
             raise ValueError(
                 f"for_drives: motor {motor + 1} is to go to {values[row, motor]:.0f} at t ="
                 f" {self.t[row]:.4g} s, beyond {low} to {high}: {way_out}"
@@ -207,6 +209,7 @@ class Setpoints:
             raise ValueError(
                 f"for_drives: motor {motor + 1} would turn back by a whole turn at t ="
                 f" {self.t[row]:.4g} s, where it passes the end of its range: give another zero"
+                " (--zero-counts)"
             )
         return values.astype(np.int32)
 

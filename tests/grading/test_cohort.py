@@ -252,7 +252,7 @@ def test_an_untouched_file_is_graded_once_for_all(labs, folder, tmp_path, monkey
     class Counted:
         def ask(self, job, lab):
             asked.append(job.student)
-            return graders.grade_job(job, lab.folder)
+            return graders.grade_job(graders.sendable(job), lab.folder)
 
         def stop(self):
             pass
@@ -355,7 +355,9 @@ def test_a_failure_of_the_grader_costs_one_student_and_one_of_the_machine_stops_
     monkeypatch.setattr(graders, "grade", fails_unless_told)
     cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
     entry = Entry("a", written(folder / "a.py", RIGHT))
-    direct = SimpleNamespace(ask=lambda job, lab: graders.grade_job(job, lab.folder))
+    direct = SimpleNamespace(
+        ask=lambda job, lab: graders.grade_job(graders.sendable(job), lab.folder)
+    )
     assert key in direct.ask(cohort.job(entry), cohort.lab)
     if key == "error":
         with pytest.raises(GraderError, match="no room"):

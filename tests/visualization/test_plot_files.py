@@ -139,10 +139,25 @@ def test_three_parameters_are_small_multiples():
     result = swept(["det_A"], l1=(0.06, 0.12, 4), l2=(0.1, 0.16, 4), d=[0.06, 0.1, 0.14])
     figure = result.plot(mark={"l1": 0.08, "l2": 0.12, "d": 0.1})
     panels = [axes for axes in figure.axes if axes.get_title()]
-    assert [axes.get_title() for axes in panels] == ["d = 60 mm", "d = 100 mm", "d = 140 mm"]
+    assert [axes.get_title() for axes in panels] == [f"det A, d = {d} mm" for d in (60, 100, 140)]
     marked = [[line.get_label() for line in axes.lines].count("chosen") for axes in panels]
     assert marked == [0, 1, 0]
     assert len(figure.axes) == 4  # and one colour bar
+
+
+def test_panels_of_several_figures_stand_in_rows_with_a_bar_each():
+    result = swept(["bars", "det_A"], l1=(0.06, 0.12, 3), l2=(0.1, 0.16, 3), d=[0.06, 0.1])
+    figure = result.plot()
+    figure.draw_without_rendering()
+    boxes = [axes.get_window_extent() for axes in figure.axes]
+    titles = [axes.get_title() for axes in figure.axes[:4]]
+    names = ["bars", "bars", "det A", "det A"]
+    assert titles == [f"{name}, d = {d} mm" for name, d in zip(names, (60, 100, 60, 100))]
+    assert boxes[0].y0 == boxes[1].y0 > boxes[2].y1
+    bars = {axes.get_ylabel(): box for axes, box in zip(figure.axes[4:], boxes[4:])}
+    assert bars.keys() == {"bars (mm)", "det A"}
+    for bar, panel in zip(bars.values(), boxes[::2]):
+        assert bar.y0 == pytest.approx(panel.y0, abs=2) and bar.y1 == pytest.approx(panel.y1, abs=2)
 
 
 def test_designs_side_by_side_have_one_bar_and_a_legend():

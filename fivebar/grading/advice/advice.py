@@ -186,8 +186,8 @@ class Advice:
 def of_another(rows: AskedRows, numbers: dict[str, float]) -> AskedRows | None:
     """Return rows for a robot of other numbers, None where its answers are the same."""
     robot, exercise = robot_from(rows.robot, numbers), rows.exercise
-    outcomes = [exercise.outcome(exercise.answer, r, rows.columns) for r in (rows.robot, robot)]
-    same = rows.constants or np.array_equal(*outcomes, equal_nan=True)
+    own, other = (exercise.outcome(exercise.answer, r, rows.columns) for r in (rows.robot, robot))
+    same = rows.constants or np.array_equal(own, other, equal_nan=True)
     return None if same else replace(rows, robot=robot)
 
 

@@ -36,9 +36,7 @@ class Workers:
         """
         pool = getattr(self._local, "pool", None) or self._start()
         try:
-            # A robot may be of a class that the lab defines, which another process has not got.
-            plain = replace(job, robot=parameters_of(job.robot))
-            return pool.submit(grade_job, plain, lab.folder).result()
+            return pool.submit(grade_job, sendable(job), lab.folder).result()
         except (RuntimeError, CancelledError):  # BrokenProcessPool, or a pool that is stopped
             self._local.pool = None
             pool.kill()
@@ -69,8 +67,15 @@ def move_stdout() -> None:
     os.dup2(2, 1)
 
 
+def sendable(job: Job) -> Job:
+    """Return a job with its robot's numbers alone, whose class the lab may define: another process
+    has not got it.
+    """
+    return replace(job, robot=parameters_of(job.robot))
+
+
 def grade_job(job: Job, folder: Path) -> dict:
-    """Grade one submission; the answer is plain data."""
+    """Grade one submission; the answer is plain data. job: as `sendable`."""
     try:
         lab = Lab(folder)
         own = replace(job, robot=with_numbers(lab.robot(), job.robot))

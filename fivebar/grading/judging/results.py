@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, fields, replace
 
 from ..report.pose_figure import pose_figure
-from ..robots import has_models
 from .ask import Asked, Wrong
 
 SCHEMA = 1
@@ -73,7 +72,7 @@ def checked(
         return Check(*test, 0.0, 0.0, "wrong", function, "value", text, remarks=remarks)
     v, asked = error.verdict, record[-1]
     figure = ""
-    if v.sample and asked.exercise and has_models(asked.robot):
+    if v.sample and asked.robot and asked.exercise:
         figure = pose_figure(asked.robot, asked.exercise, v.sample)
     return Check(
         *test,

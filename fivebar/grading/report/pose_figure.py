@@ -9,6 +9,7 @@ import numpy as np
 from ...models.robots import Robot
 from ..exercise import Exercise
 from ..intake.students_robots import lengths
+from ..robots import has_models
 
 SIZE = np.array([300, 190])  # px, of the drawing
 MARGIN = 14  # px
@@ -25,7 +26,7 @@ def pose_figure(robot: Robot, exercise: Exercise, sample: dict) -> str:
     proximal bars (slide the feet), x, y or q12, q22 place the distal ones.
     """
     names = exercise.returns
-    is_pose = not {"x", "q11", "q12"}.isdisjoint(names)
+    is_pose = has_models(robot) and not {"x", "q11", "q12"}.isdisjoint(names)
     if not is_pose or len(sample["expected"]) != len(names):
         return ""
     poses = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 
 from matplotlib.figure import Figure
@@ -11,8 +12,8 @@ from .rungs import CASES, RUNGS, Rung
 
 READING = (
     "The plant has all of it; the controller (computed torque at 1 kHz) knows the rungs up to the"
-    " one on the axis. Hollow: the robot has nothing of that kind, and the rung costs nothing. A"
-    " line that leaves its frame goes to 0."
+    " one on the axis. Hollow: the robot has nothing of that kind, and the rung costs nothing. An"
+    " error of 0 is not drawn."
 )
 # Attribute of a Rung -> (row of the figure, factor, label).
 CURVES = {
@@ -33,7 +34,8 @@ def figure(cases: dict[str, list[Rung]]) -> Figure:
         title = textwrap.fill(f"{name}: {CASES[name].source}", 52)
         column[0].set_title(title, fontsize=8.5, color=INK)
         for (attribute, (row, factor, label)), colour in zip(CURVES.items(), COLOURS):
-            values = [factor * getattr(rung, attribute) for rung in rungs]
+            # Errors are on a logarithmic axis, which has no 0.
+            values = [factor * getattr(rung, attribute) or math.nan for rung in rungs]
             column[row].plot(values, color=colour, lw=1.2, label=label)
             for place, rung in enumerate(rungs):
                 fill = colour if rung.named else "white"

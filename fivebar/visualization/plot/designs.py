@@ -164,13 +164,16 @@ def _contours(sheet, table, over, merits, cells):
         held = zip(over[2:], table[inside[0], 2:] / [each.factor for each in over[2:]])
         titles.append(", ".join(each.value(x) for each, x in held))
     names = [", ".join(filter(None, (of.words, title))) for of, *_ in merits for title in titles]
-    picture, panels = sheet.grid(names, 2 if len(cells) == 1 else 3, 4.4, 3.6)
+    # The panels of one figure stand in a row of their own, which its bar of colours explains.
+    columns = 2 if len(cells) == 1 else min(len(cells), 3)
+    picture, panels = sheet.grid(names, columns, 4.4, 3.6)
+    for axes, name in zip(panels, names):
+        axes.set(xlabel=str(over[0]), ylabel=str(over[1]))
+        axes.set_title(name, fontsize=small_letters())
     for here, (of, column, marks) in zip(np.reshape(panels, (-1, len(cells))), merits):
         levels = _levels(column)
-        for axes, inside, title in zip(here, cells, titles):
+        for axes, inside in zip(here, cells):
             filled = _filled(axes, *table[inside, :2].T, column[inside], levels)
-            axes.set(xlabel=str(over[0]), ylabel=str(over[1]))
-            axes.set_title(title, fontsize=small_letters())
         for words, marker, row in marks:
             away = [np.abs(table[inside[0], 2:] - row[2:]).sum() for inside in cells]
             axes = here[np.argmin(away)]
