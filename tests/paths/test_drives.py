@@ -50,7 +50,7 @@ def test_dynamixels(table):
     middle = 4096 - (goal[0, 0] + goal[-1, 0]) // 2 + 2048
     with pytest.raises(ValueError, match="turn back by a whole turn"):
         table.for_drives("dynamixel", zero=(middle, 2048), wrap=True)
-    with pytest.raises(ValueError, match="beyond -2147483648 to 2147483647: give another zero, or"):
+    with pytest.raises(ValueError, match="-2147483648 to 2147483647: .* or wrap=True .--wrap"):
         table.for_drives(2**32, zero=(0, 2**31 - 1))
     with pytest.raises(ValueError, match="must be one of"):
         table.for_drives("servo")
@@ -64,7 +64,9 @@ def test_a_drive_of_many_turns_is_not_wrapped(table, drive):
     for zero in ((0, 0), (3000, -9000)):
         plain = table.for_drives(drive, zero=zero)
         np.testing.assert_array_equal(table.for_drives(drive, zero=zero, wrap=True), plain)
-    with pytest.raises(ValueError, match="beyond -[0-9]+ to [0-9]+: give another zero$"):
+    with pytest.raises(
+        ValueError, match="beyond -[0-9]+ to [0-9]+: give another zero .--zero-counts.$"
+    ):
         table.for_drives(drive, zero=(2**31, 0), wrap=True)
 
 
