@@ -145,9 +145,11 @@ def test_three_parameters_are_small_multiples():
     assert len(figure.axes) == 4  # and one colour bar
 
 
-def test_panels_of_several_figures_stand_in_rows_with_a_bar_each():
-    result = swept(["bars", "det_A"], l1=(0.06, 0.12, 3), l2=(0.1, 0.16, 3), d=[0.06, 0.1])
-    figure = result.plot()
+@pytest.mark.parametrize(("between", "width"), [([], None), ([0.08], "page")])
+def test_panels_of_several_figures_stand_in_rows_with_a_bar_each(between, width):
+    distances = [0.06, *between, 0.1]
+    result = swept(["bars", "det_A"], l1=(0.06, 0.12, 3), l2=(0.1, 0.16, 3), d=distances)
+    figure = result.plot(width=width)
     figure.draw_without_rendering()
     boxes = [axes.get_window_extent() for axes in figure.axes]
     titles = [axes.get_title() for axes in figure.axes[:4]]

@@ -89,7 +89,8 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
     """Draw the figures of merit, or one of them, over what varies, and mark the best design.
 
     Over two parameters they are filled contours. Over more there is a panel of the first two for
-    each combination of the others, of nine at most; of three where there are several figures.
+    each combination of the others, of nine at most; of three where there are several figures,
+    of two in a given width.
     mark: a chosen design, as {name: value}, by its number, or from `fb.design`.
     """
     names = list(sweep.figures)
@@ -110,7 +111,8 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
     factors = np.array([each.factor for each in over])
     table = factors * np.stack([columns[name] for name in varied], axis=1)
     chosen = [] if mark is None else [("chosen", "D", factors * _values_of(sweep, mark, varied))]
-    cells = _cells(table, MOST_PANELS if len(names) == 1 else 3)
+    side_by_side = 3 if sheet.width is None else 2
+    cells = _cells(table, MOST_PANELS if len(names) == 1 else side_by_side)
     merits = []
     for name, column in (filled if cells else values).items():
         of = quantity(name, column)
