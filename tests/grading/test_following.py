@@ -16,6 +16,7 @@ from fivebar.grading.worker.student import Student
 from fivebar.grading.worker.submission import Submission
 
 from ..helpers.grading_lab import written
+from ..helpers.lab_session import SOLUTIONS
 
 EXERCISES = """
 import numpy as np
@@ -102,6 +103,45 @@ def test_who_calls_a_wrong_function_is_judged_with_the_right_one(lab, reach, are
 def test_a_file_gets_the_points_that_its_session_gets(lab, tmp_path):
     report = grade(lab, Job(written(tmp_path / "my.py", HAND_IN.format(reach=WRONG, area=AREA))))
     assert points_and_remarks(report) == ([0, 1, 2], {TOLD})
+
+
+SAID = "judged with the right reach in place of your own, which is wrong"
+
+
+@pytest.mark.parametrize(
+    "reach",
+    ["[l.cosine(q) + s, s * sin(q)]", "[l * cos(q) + s, s * sin(q)"],
+    ids=["raises", "lost"],
+)
+def test_a_function_that_raises_costs_as_much_as_a_wrong_one(lab, tmp_path, reach):
+    report = grade(lab, Job(written(tmp_path / "my.py", HAND_IN.format(reach=reach, area=AREA))))
+    assert points_and_remarks(report) == ([0, 1, 2], {SAID})
+
+
+def test_from_what_is_still_to_be_written_nothing_follows(lab, tmp_path):
+    source = HAND_IN.format(reach="None", area=AREA).replace(
+        "return None", "raise NotImplementedError('task 1')"
+    )
+    report = grade(lab, Job(written(tmp_path / "my.py", source)))
+    assert points_and_remarks(report) == ([0, 0, 0], set())
+
+
+COLUMNS = (SOLUTIONS / "matrices/lab5.py").read_text("utf-8")
+LAST = "np.linalg.solve(M, np.array([[tau1], [tau2]]) - c)"
+
+
+@pytest.mark.parametrize(
+    "last",
+    [LAST, "M.I * (np.matrix([[tau1], [tau2]]) - c)", "M[0] * tau1, c @ np.ones(2)"],
+    ids=["columns", "matrices", "wrong-itself"],
+)
+def test_what_takes_columns_or_matrices_gets_them_from_the_right_one_of_a_function_that_raises(
+    tmp_path, last
+):
+    source = COLUMNS.replace("np.hstack", "np.hstak").replace(LAST, last)
+    report = grade(find_lab("lab5"), Job(written(tmp_path / "my.py", source)))
+    lost = {check.function for check in report.checks if check.share < 1}
+    assert lost == {"dynamic_model", *(["forward_dynamics"] if "@" in last else [])}
 
 
 FORMS = {

@@ -3,6 +3,7 @@
 import linecache
 import os
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -203,7 +204,8 @@ def test_a_file_that_fails_is_graded_as_far_as_it_goes():
         assert (
             worker.ask("reach", [()])[0].value == 0.18 and worker.ask("inner", [()])[0].value == 1
         )
-        assert worker.ask("igm", [(1, 2)])[0] == worker.trouble
+        assert worker.ask("igm", [(1, 2)])[0] == replace(worker.trouble, kind="exception")
+        assert worker.outline["igm"][0] == ["x", "y"]
         lost = worker.ask("needs", [()])[0]
         assert (lost.kind, lost.text, lost.line) == (
             "exception",

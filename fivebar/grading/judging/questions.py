@@ -148,7 +148,7 @@ class Questions:
             try:
                 came.append(read(exercise, reply.value)[0])
             except Unfit:
-                return Verdict(0.0, "value")
+                return Verdict(0.0, reply.kind, reply.words)
         good = np.allclose(came, right, rtol=CLOSE, atol=CLOSE)
         changes = bool(np.isfinite(came).all() and np.ptp(came, axis=0).any())
         return Verdict(float(good), rows=len(rows), varies=changes)

@@ -169,6 +169,7 @@ def helped(
     """
     live = isinstance(program.student, Live)
     with nullcontext(program.student) if live else program.again() as student:
+        student.form = program.student.form
         other = Helped(student, exercises, robot, constants_of, change=change)
         yield replace(program, student=other, again=None)
 
@@ -213,12 +214,13 @@ def may_help(outline: dict, lab: Lab, asked: set[str]) -> set[str]:
 
 
 def modelled(verdict: Verdict) -> bool:
-    """Return whether these wrong answers are a model with a mistake: one that can be named, or that
-    changes with what is asked. From what is still to be written nothing follows.
+    """Return whether these wrong answers are a model with a mistake: one that can be named, that
+    changes with what is asked, or that raises. From what is still to be written nothing follows.
     """
     if verdict.diagnosis is not None:
         return not verdict.diagnosis.idle
-    return verdict.share > 0 or verdict.varies
+    raises = verdict.reason == "exception" and "NotImplementedError" not in verdict.text
+    return verdict.share > 0 or verdict.varies or raises
 
 
 def remark(wrong: dict[str, str]) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .cell.answers import call
-from .cell.stand_in import StandIn
+from .cell.stand_in import ARRAYS, StandIn
 from .replies import Reply
 from .wire import reply
 
@@ -30,6 +30,7 @@ class Live:
     """
 
     trouble, output, notes = None, "", ()
+    form = ARRAYS  # as in Student
 
     def __init__(self, functions: dict[str, Callable]):
         strange = [name for name, function in functions.items() if not callable(function)]
@@ -80,7 +81,7 @@ class Live:
                 Reply("missing", text=f"the session has no constant {', '.join(absent)}")
             ] * len(rows)
         set_ = constants | {
-            k: StandIn(space[k], right)
+            k: StandIn(space[k], right, self.form)
             for k, right in (given or {}).items()
             if callable(space.get(k))
         }

@@ -17,6 +17,7 @@ from math import isfinite
 import numpy as np
 
 from ...base import old_numpy
+from .cell.stand_in import ARRAYS
 from .places import bwrap_trouble
 from .replies import KINDS, Reply
 from .sandbox import MOST_OUTPUT, IsolationError, KilledError, SandboxWorker
@@ -60,6 +61,7 @@ class Student:
     memory: bytes; modules: name -> source of those beside the file that it may import; packages:
     that it may import beside NumPy and SciPy. `names`: the functions found; `outline`: as
     `outlined` returns it; `constants`: the numbers to which the file itself gives a name;
+    `form`: in which right functions give vectors and matrices, of `stand_in.FORMS`;
     `trouble`: Reply of the first statement that failed when the file was run, or None; `output`:
     what it printed; `notes`: sentences for the one who grades. The thread that asks must outlive
     the worker: it dies with it (Linux). Raises IsolationError where the
@@ -99,6 +101,7 @@ class Student:
         self._budget = MOST_LOSSES * self._load_limit + MOST_CALLS * limit
         self._worker = None
         self._hopeless = False
+        self.form = ARRAYS
         self._output = ""
         self.names = ()
         self.constants: dict = {}
@@ -225,6 +228,7 @@ class Student:
             "rows": rows,
             "constants": constants,
             "given": [*given],
+            "form": self.form,
             "tried": tried and vars(tried) | {"numbers": tried.numbers[len(replies) :]},
         }
         self._worker.send(request, limit)

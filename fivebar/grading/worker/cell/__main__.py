@@ -162,7 +162,7 @@ def main() -> None:
                 if isinstance(own, StandIn):
                     own.ask = ask
                 elif callable(own):
-                    vars(space)[name] = StandIn(own, ask)
+                    vars(space)[name] = StandIn(own, ask, request["form"])
         tried, told, named = request["tried"], {}, vars(asked)
         changed = tried and trials.of(tried)
         if tried:

@@ -33,6 +33,7 @@ _CALCULATORS = {"math", "np", "numpy"}
 _START = re.compile(r"[A-Za-z_@(\[\"']")
 MOST_OUTLINED = 300  # functions whose calls are told
 DEEP = 20_000  # calls in each other, to read a source
+_HEAD = re.compile(r"def \w+\([^()]*\)")
 _CONTINUED = re.compile(r"(elif|else|except|finally)\b")
 
 
@@ -294,7 +295,7 @@ def statements(source: str, file: str) -> tuple[list[ast.stmt], dict | None]:
 
 def _pieces(source, file):
     """Return the top-level statements of a file with syntax errors that can be read by
-    themselves.
+    themselves; a function that cannot be read raises its error.
     """
     lines = [f"{line}\n" for line in source.split("\n")]
     starts = [
@@ -306,12 +307,27 @@ def _pieces(source, file):
     ]
     body = []
     for start, stop in zip(starts, [*starts[1:], len(lines)]):
+        text = "".join(lines[start:stop])
         try:
-            piece = ast.parse("".join(lines[start:stop]), file)
-        except Exception:
-            continue
+            piece = ast.parse(text, file)
+        except Exception as error:
+            piece = _raising(text, error)
         body += ast.increment_lineno(piece, start).body
     return body
+
+
+def _raising(text, error):
+    """Return a function of the same head as one that cannot be read, which raises why in the line
+    that is wrong; nothing where the head cannot be read either.
+    """
+    head = _HEAD.match(text)
+    if not head or not isinstance(error, SyntaxError):
+        return ast.Module([], [])
+    below = "\n" * (error.lineno - 1 - head[0].count("\n"))
+    try:
+        return ast.parse(f"{head[0]}:{below} raise SyntaxError({error.msg!r})")
+    except SyntaxError:
+        return ast.Module([], [])
 
 
 def _used(body):
