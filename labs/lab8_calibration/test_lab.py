@@ -11,6 +11,7 @@ from fivebar.grading.values import Unfit, read
 
 BUILT = run_path(str(Path(__file__).parent / "exercises.py"))
 NOMINAL, as_drawn, rows_of = BUILT["NOMINAL"], BUILT["as_drawn"], BUILT["rows_of"]
+misses, from_elbow, calibrate = BUILT["misses"], BUILT["from_elbow"], BUILT["calibrate"]
 
 FOUND = BUILT["CALIBRATE"]
 OWN = Exercise("own_robot(q, xi) -> l11, l12, l21, l22, d", None)
@@ -98,13 +99,46 @@ def test_calibrate_noisy(ask, draw):
     judge_found(ask, found, truth, [1.5e-4] * 5 + [3e-3] * 2)  # more than 6 standard deviations
 
 
-@pytest.mark.points(4)
+def far_off(rows, place, slip):
+    """The rows with one point moved by `slip`, complex; and whether its bars miss it by the most after a fit of all."""
+    moved = rows.copy()
+    moved[place, 2:] += slip.real, slip.imag
+    lengths = np.repeat(fit(moved)[:, None], len(rows), axis=1)
+    e = np.abs(misses(None, *lengths, *moved.T)).max(axis=0)
+    return moved, np.argmax(e) == place
+
+
+def fit(rows):
+    return np.array(calibrate(None, rows[:, :2], rows[:, 2:]))
+
+
+def with_hidden_slip(draw):
+    """A robot, and measured rows of which the first one is wrong, and another one has the largest e."""
+    while True:
+        truth = as_drawn(draw)
+        rows = rows_of(truth, draw, 10, 5e-6)
+        for bar in from_elbow((*truth, *rows[0])):
+            # Only the other leg notices a slip at a right angle to its bar.
+            moved, is_largest = far_off(rows, 0, 0.01j * bar / abs(bar))
+            if not is_largest:
+                return truth, moved
+
+
+def judge_own_robot(ask, truth, rows):
+    found = numbers(ask, OWN, rows[:, :2].tolist(), rows[:, 2:].tolist(), limit=10.0)
+    judge_found(ask, found, truth[:5], [1e-4] * 5, fit(rows)[:5])
+
+
+@pytest.mark.points(2)
 def test_own_robot(ask, draw):
     """own_robot: points of which one is wrong, lengths to 0.1 mm"""
     truth = as_drawn(draw)
     rows = rows_of(truth, draw, 30, 2e-5)
-    slip, angle = draw.uniform(8e-3, 15e-3), draw.uniform(-np.pi, np.pi)
-    rows[draw.integers(30), 2:] += slip * np.array([np.cos(angle), np.sin(angle)])
-    found = numbers(ask, OWN, rows[:, :2].tolist(), rows[:, 2:].tolist(), limit=10.0)
-    kept = BUILT["calibrate"](None, rows[:, :2], rows[:, 2:])[:5]
-    judge_found(ask, found, truth[:5], [1e-4] * 5, np.array(kept))
+    slip = draw.uniform(8e-3, 15e-3) * np.exp(1j * draw.uniform(-np.pi, np.pi))
+    judge_own_robot(ask, truth, far_off(rows, 29, slip)[0])
+
+
+@pytest.mark.points(2)
+def test_own_robot_hidden(ask, draw):
+    """own_robot: few points, of which another one than the wrong one has the largest e"""
+    judge_own_robot(ask, *with_hidden_slip(draw))

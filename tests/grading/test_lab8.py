@@ -100,6 +100,22 @@ def test_what_falls_short_is_said(function, old, new, words):
     ]
 
 
+LARGEST = """    p = calibrate(q, xi)
+    e = [max(map(abs, misses(*p, *a, *b))) for a, b in zip(q, xi)]
+    for k in [e.index(max(e))]:"""
+
+
+@pytest.mark.parametrize("points", ["range(len(q) - 1)", "range(1, len(q))"])
+def test_who_leaves_out_the_largest_error_or_never_one_of_the_points_is_wrong(points):
+    """As the paper warns: the point with the largest error need not be the wrong one."""
+    loop = "    for k in range(len(q)):"
+    assert RIGHT.count(loop) == 1
+    for seed in range(2):
+        for wrong in (LARGEST, f"    for k in {points}:"):
+            found = results("lab8", RIGHT.replace(loop, wrong), seed=seed, only="own_robot")
+            assert sorted(verdict.share for _, verdict in found.values()) == [0.0, 1.0]
+
+
 OWN = """
 
 def own_robot(q, xi):

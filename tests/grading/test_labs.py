@@ -250,3 +250,25 @@ def test_a_motion_that_only_pretends_to_move_crosses_nothing(new, word):
     assert any(word in verdict.text for _, verdict in found.values()), [
         verdict.text for _, verdict in found.values()
     ]
+
+
+@pytest.mark.parametrize(
+    ("condition", "accepted", "refused"),
+    [
+        ("min(s1, s2) < 1e-9", 0, 0),
+        ("False", 4, 0),
+        ("s1 < 1e-9", 2, 0),
+        ("max(s1, s2) < 1e-9", 4, 0),
+        ("min(s1, s2) < 1e-14", 4, 0),
+        ("min(s1, s2) < 1e-4", 0, 4),
+    ],
+)
+def test_lab_2_asks_on_both_sides_of_the_smallest_sine_in_either_leg(condition, accepted, refused):
+    source = (SOLUTIONS / "angles/lab2.py").read_text("utf-8")
+    sines = "    s1, s2 = abs(math.sin(q12)), abs(math.sin(q22))\n"
+    old = "    if min(abs(math.sin(q12)), abs(math.sin(q22))) < 1e-9:"
+    assert old in source
+    found = results("lab2", source.replace(old, f"{sines}    if {condition}:"), only="ikm")
+    _, verdict = found["ikm: at a Type-1 singularity"]
+    assert verdict.wrong == accepted + refused
+    assert verdict.reason == ("accepted" if accepted else "nan" if refused else "")

@@ -55,6 +55,10 @@ def calibrate(q, xi):
 
 
 def own_robot(q, xi):
-    p = np.array(calibrate(q, xi))
-    worst = max(range(len(q)), key=lambda k: np.abs(misses(*p, *q[k], *xi[k])).max())
-    return calibrate(np.delete(q, worst, axis=0), np.delete(xi, worst, axis=0))[:5]
+    fits = []
+    for k in range(len(q)):
+        others, points = np.delete(q, k, axis=0), np.delete(xi, k, axis=0)
+        p = calibrate(others, points)
+        e = [misses(*p, *row, *point) for row, point in zip(others, points)]
+        fits.append((np.sum(np.square(e)), *p))
+    return min(fits)[1:6]
