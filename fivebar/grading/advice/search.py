@@ -164,6 +164,9 @@ class _Search:
                 for rows, known in zip(others, answered)
                 if known.any()
             ]
+        # Where no answer exists, a change that makes all right gives none either.
+        refused = [rows.part(rows.refuse & rows.good) for rows in asked]
+        self.refused = [rows for rows in refused if len(rows.good)]
         self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
         self.before: Mend | None = None
@@ -320,6 +323,9 @@ class _Search:
         if not all(self._right(rows, tried, [numbers]).all() for rows in self.asked):
             return None
         changes = self.student.changes
+        for rows in self.refused:
+            if np.isfinite(self._came(rows, tried, numbers)).all(axis=1).any():
+                return None
         inside = {change.function for change in changes}
         outline = self.student.outline
         kept = [rows for name, rows in self.kept if builds_on(outline, name, inside)]
@@ -346,8 +352,8 @@ class _Search:
                 return rows.part(places[spread(len(places), most)])
         return None
 
-    def _came(self, rows, tried):
-        return numbers_of(rows.exercise, self._replies(rows, tried, [[]]))
+    def _came(self, rows, tried, numbers=()):
+        return numbers_of(rows.exercise, self._replies(rows, tried, [numbers]))
 
     def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:
         """Return which numbers are right with each of these changes: (changes, rows, numbers)."""
