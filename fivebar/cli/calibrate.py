@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from argparse import _SubParsersAction
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from ..base.tables import written
 from .options import (
     TABLE,
     WORKING,
-    add_options,
+    add_command,
     named_values,
     print_json,
     usage_errors,
@@ -23,6 +22,7 @@ from .options import (
 from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = TABLE | {
+    "[DATA.csv]": "",
     "--unknown NAME ...": (
         "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale along across (default:"
         " lengths and offsets)"
@@ -32,7 +32,7 @@ OPTIONS = TABLE | {
     "--sigma M": "standard deviation of a measured number, m",
     "--bounds NAME=LOW:HIGH ...": "of unknowns",
     "--prior NAME=SD ...": "what is known of an unknown beforehand, as l11=0.3mm offset1=1deg",
-    "--loss NAME": ("linear", "linear, soft_l1, huber, cauchy, arctan"),
+    "--loss linear|soft_l1|huber|cauchy|arctan": ("linear", ""),
     "--units UNIT ...": "without one in the heading: deg, x=mm",
     "--mistakes raise|mend|keep": (
         "raise",
@@ -47,18 +47,15 @@ OPTIONS = TABLE | {
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `calibrate` to the program's commands."""
     words = (
         "The file has columns q1, q2 and x, y (m, rad, or a unit in the heading: x (mm), q1_deg);"
         " or distance and to, the number of the row it leads to; perhaps working1, working2,"
         " assembly, sigma."
     )
-    parser = commands.add_parser("calibrate", description=words)
-    parser.add_argument("data", metavar="DATA.csv", nargs="?")
-    add_options(parser, OPTIONS)
+    parser = add_command(commands, "calibrate", _calibrate, (OPTIONS,), description=words)
     add_robot_options(parser)
-    parser.set_defaults(run=_calibrate)
 
 
 def _sheet(arguments, machine):
@@ -83,7 +80,7 @@ def _measure_photo(arguments, drawn, folder):
     with usage_errors(ValueError, OSError):
         points = crosses_in(imread(arguments.photo), drawn, arguments.from_drawing, size)
     (table,) = write_files(folder, {"crosses.csv": lambda path: drawn.points_to_csv(path, points)})
-    arguments.data = str(table)
+    arguments.data = table
     arguments.unknown = arguments.unknown or [*DEFAULT, "x0", "y0", "turn"]
 
 
@@ -109,7 +106,7 @@ def _write_sheet(arguments, drawn, folder):
 
 
 def _calibrate(arguments):
-    from ..estimation.calibration.calibrate import DEFAULT, LOSSES, calibrate, known_names
+    from ..estimation.calibration.calibrate import DEFAULT, calibrate, known_names
     from ..estimation.calibration.measured_robot import mounting_of
     from ..paths.tool import Tool
 
@@ -126,10 +123,6 @@ def _calibrate(arguments):
         raise UsageError("--photo is of a test drawing: give --from-drawing A4 or A5, too")
     if arguments.data is None:
         raise UsageError("calibrate needs a file of measured data, or --from-drawing A5")
-    if not Path(arguments.data).exists():
-        raise UsageError(f"no file {arguments.data!r}")
-    if arguments.loss not in LOSSES:
-        raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
     start = mounting_of(machine) | named_values(arguments.start, "--start")
     bounds = named_values(arguments.bounds, "--bounds", "LOW:HIGH")

@@ -6,13 +6,12 @@ from __future__ import annotations
 
 import json
 import math
-from argparse import _SubParsersAction
 
 from ..base.errors import UsageError
 from .options import (
     TABLE,
     WORKING,
-    add_options,
+    add_command,
     number,
     print_json,
     print_notes,
@@ -22,6 +21,7 @@ from .options import (
 from .robot_options import add_robot_options, chosen_machine, machine_for, print_frames
 
 OPTIONS = TABLE | {
+    "[FILE]": "a CSV of x, y, an SVG or G-code, as for draw",
     "--check PROOF.json": "check a proof instead, with mpmath alone",
     "--units UNIT": "of a file that does not name them: mm, in, px, m",
     "--deviation M": (0.0, "within which corners are rounded"),
@@ -29,24 +29,19 @@ OPTIONS = TABLE | {
     "--turn-deg DEG": (0.0, "about its origin, to the left"),
     "--scale K": (1.0, "of the path"),
     WORKING: ((-1, -1), "working modes"),
-    "--tolerance M|NAME=M ...": "of every length, or of one (l11=1e-4), m",
+    "--tolerance [NAME=]M ...": "of every length, or of one (l11=1e-4), m",
     "--margin SINE": (0.0, "least |sin q12|, |sin q22|, |det A|, over that of the robot's file"),
     "--out OUT.json": "where to write the proof",
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `certify` to the program's commands."""
-    parser = commands.add_parser("certify")
-    words = "a CSV of x, y, an SVG or G-code, as for draw"
-    parser.add_argument("path", nargs="?", metavar="FILE", help=words)
-    add_options(parser, OPTIONS)
-    add_robot_options(parser)
-    parser.set_defaults(run=_certify)
+    add_robot_options(add_command(commands, "certify", _certify, (OPTIONS,)))
 
 
 def _certify(arguments):
-    if (arguments.check is None) == (arguments.path is None):
+    if (arguments.check is None) == (arguments.file is None):
         raise UsageError("certify needs a path's file, or --check and a proof")
     if arguments.check:
         refuse_others(arguments, "--check goes alone: a proof holds all that it needs", "check")
@@ -64,16 +59,16 @@ def _certify(arguments):
             tuple(arguments.shift), math.radians(arguments.turn_deg), arguments.scale
         )
         path = read(
-            arguments.path,
+            arguments.file,
             deviation=arguments.deviation,
             units=arguments.units,
             columns=arguments.columns,
             placement=placement,
         )
-        machine = machine_for(arguments, machine, arguments.path, path)
+        machine = machine_for(arguments, machine, arguments.file, path)
         constraints = Constraints(det_A=arguments.margin, sin=arguments.margin)
         proof = certify(machine, path, tolerances, constraints, arguments.working)
-    print_notes(arguments.path, path.notes)
+    print_notes(arguments.file, path.notes)
     if arguments.json:
         print_json(
             {
@@ -124,8 +119,6 @@ def _check(file):
     from ..base.progress import progress
     from ..paths.certificates.checker import check
 
-    if not file.is_file():
-        raise UsageError(f"there is no file {file}")
     if reason := check(file, lambda pieces: progress(pieces, desc="check", delay=2)):
         raise ValueError(f"{file}: refused: {reason}")
     _print_proved(json.loads(file.read_text(encoding="utf-8")))

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from argparse import RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import RawDescriptionHelpFormatter
 from pathlib import Path
 
 from ..study.speed_accuracy.catalogue import CHARTS
-from .options import add_options
+from .options import add_command
+
+OPTIONS = {
+    "NAME": "a chart of those below, or all",
+    "--out DIR": (Path("charts"), "folder of the charts"),
+    "--quick": "every other point, and less time for each",
+}
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `chart` to the program's commands."""
     lines = [f"  {name:16} {words}" for name, (_, words) in CHARTS.items()]
-    parser = commands.add_parser(
-        "chart", formatter_class=RawDescriptionHelpFormatter, epilog="\n".join(["charts:", *lines])
-    )
-    parser.add_argument("name", metavar="NAME", help="a chart of those below, or all")
-    options = {
-        "--out DIR": (Path("charts"), "folder of the charts"),
-        "--quick": "every other point, and less time for each",
-    }
-    add_options(parser, options)
-    parser.set_defaults(run=_chart)
+    text = "\n".join(["charts:", *lines])
+    as_it_is = RawDescriptionHelpFormatter
+    add_command(commands, "chart", _chart, (OPTIONS,), formatter_class=as_it_is, epilog=text)
 
 
 def _chart(arguments):

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import sys
-from argparse import _SubParsersAction
 from contextlib import nullcontext
 
 from ..base.errors import UsageError
 from ..base.representation import aligned
-from .options import JSON, add_options, check_ending, named_values, print_json, write_files
+from .options import JSON, add_command, named_values, print_json, write_files
 from .robot_options import add_robot_options, chosen_machine
-from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of
+from .task_options import TASK, by_option, chosen_task, figure_list, figure_of
 
 OPTIONS = JSON | {
+    "[GOAL ...]": "up to three figures: a name or FILE.py:FUNCTION, with =min or =max",
     "--list": "list the figures and their units",
     "--bound NAME=LOW:HIGH ...": "or NAME=VALUE, fixed",
     "--limit FIGURE=LOW:HIGH ...": "or VALUE, LOW:, :HIGH",
@@ -26,31 +26,24 @@ OPTIONS = JSON | {
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `design` to the program's commands."""
-    parser = commands.add_parser("design")
-    words = "up to three figures: a name or FILE.py:FUNCTION, with =min or =max"
-    parser.add_argument("goals", nargs="*", metavar="GOAL", help=words)
-    add_options(parser, OPTIONS)
-    add_task_options(parser)
-    add_robot_options(parser)
-    parser.set_defaults(run=_design)
+    add_robot_options(add_command(commands, "design", _design, (OPTIONS,), TASK))
 
 
 def _design(arguments):
     if arguments.list:
         print(figure_list())
         return
-    if not arguments.goals:
+    if not arguments.goal:
         raise UsageError("which goal? fivebar design --list names the figures")
     from ..base.workers import dask_executor
     from ..optimal_design.figures import FIGURES
     from ..optimal_design.optimum import design
 
     robot, choices = chosen_machine(arguments).robot, chosen_task(arguments)
-    check_ending("--plot", arguments.plot)
     goals = {}
-    for text in arguments.goals:
+    for text in arguments.goal:
         name, _, sense = text.partition("=")
         smaller = name in FIGURES and FIGURES[name].better == "small"
         goals[figure_of(name)] = sense or ("min" if smaller else "max")

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import sys
 import warnings
-from argparse import _SubParsersAction
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from .draw_gcode import GCODE, Drawn, dialect_of, machine_of_axes, written_gcode
 from .draw_place import PLACE, may_cross, page_row, placed, says_other_modes
 from .options import (
     TABLE,
-    add_options,
+    add_command,
     print_files,
     print_json,
     print_notes,
@@ -38,6 +37,7 @@ TWICE = 2.0  # times the largest torque that the motion needs: its tracker is no
 STEP = 1e-3  # s, of the simulation
 SAMPLES = 2001  # of the motion, for backlash
 DRAWING = {
+    "[FILE]": "an SVG, G-code (.nc, .gcode, ...) or a CSV of x, y",
     "--example": "the word fivebar, shipped with this package",
     "--units UNIT": "of a file that does not name them: mm, in, px, m",
     "--deviation M": (2e-5, "within which corners are rounded"),
@@ -79,28 +79,23 @@ OUTPUT = TABLE | {
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `draw` to the program's commands."""
-    draw = commands.add_parser("draw")
-    words = "an SVG, G-code (.nc, .gcode, ...) or a CSV of x, y"
-    draw.add_argument("drawing", nargs="?", metavar="FILE", help=words)
-    add_options(draw, DRAWING)
-    words = (
+    place = (
         "default: in true size, in the middle of the largest rectangle of its shape in an aspect;"
         " of a calibrated robot in the modes in which it was measured, if it fits there"
     )
-    add_options(draw, PLACE, "place", words)
-    words = "least time under these limits; default: 0.1 m/s and 0.5 m/s²"
-    add_options(draw, SPEED, "speed", words)
-    words = "what is between the motors and the tip"
-    add_options(draw, DRIVES, "drives", words)
-    words = "that all robots within the tolerance reach it, in their mode"
-    add_options(draw, PROOF, "proof", words)
-    words = "joint angles for a controller that does not know the robot; with --format gcode"
-    add_options(draw, GCODE, "G-code", words)
-    add_options(draw, OUTPUT)
-    add_robot_options(draw)
-    draw.set_defaults(run=_draw)
+    gcode = "joint angles for a controller that does not know the robot; with --format gcode"
+    groups = (
+        (DRAWING,),
+        (PLACE, "place", place),
+        (SPEED, "speed", "least time under these limits; default: 0.1 m/s and 0.5 m/s²"),
+        (DRIVES, "drives", "what is between the motors and the tip"),
+        (PROOF, "proof", "that all robots within the tolerance reach it, in their mode"),
+        (GCODE, "G-code", gcode),
+        (OUTPUT,),
+    )
+    add_robot_options(add_command(commands, "draw", _draw, *groups))
 
 
 def _draw(arguments):
@@ -122,9 +117,9 @@ def _draw(arguments):
             positive(arguments.lead, "--lead")
         backlash = not_negative(arguments.backlash or 0.0, "--backlash")
     path = _read(arguments, machine)
-    print_notes(arguments.drawing, path.notes)
+    print_notes(arguments.file, path.notes)
     if arguments.as_drawn:  # elsewhere it is a shape
-        machine = machine_for(arguments, machine, arguments.drawing, path)
+        machine = machine_for(arguments, machine, arguments.file, path)
     path, working, share, page = placed(arguments, machine, path)
     if arguments.lead is not None:
         path = strokes.with_leads(path, arguments.lead)
@@ -248,12 +243,12 @@ def _read(arguments, machine):
     """
     from ..paths.reading.read import EXAMPLE, path
 
-    if arguments.example == (arguments.drawing is not None):
+    if arguments.example == (arguments.file is not None):
         raise UsageError("draw needs a file or --example, not both")
-    arguments.drawing = arguments.drawing or str(EXAMPLE)
+    arguments.file = arguments.file or str(EXAMPLE)
     with usage_errors(ValueError, OSError):
         return path(
-            arguments.drawing,
+            arguments.file,
             deviation=arguments.deviation,
             curvature=machine.constraints.jerk is not None,
             units=arguments.units,
@@ -338,7 +333,7 @@ def _checked(arguments, machine, path, working):
     from ..constraints.path_check import check_path
 
     check = check_path(machine.robot, path.at_unit_speed, working, None, machine.on_poses)
-    amiss = f"{arguments.drawing}: it cannot be drawn there in {working_words(working)}"
+    amiss = f"{arguments.file}: it cannot be drawn there in {working_words(working)}"
     if not (check.singularity_free or may_cross(arguments, check)):
         raise ValueError(f"{amiss}: {_met(machine, path, check)}")
     for each in check.broken[:1]:
@@ -378,7 +373,7 @@ def _proved(arguments, robot, path, working):
     proof = certify(robot, path, arguments.tolerance, working=working)
     for stretch in proof.unproved:
         ends = f"from s = {1e3 * stretch.start:.6g} to {1e3 * stretch.stop:.6g} mm"
-        print_notes(arguments.drawing, [f"{ends} not proved: {stretch.why}"])
+        print_notes(arguments.file, [f"{ends} not proved: {stretch.why}"])
     return proof
 
 

@@ -103,7 +103,7 @@ def _on_page(arguments, path):
     if not ((scale * low + shift > -1e-9).all() and (scale * high + shift < size + 1e-9).all()):
         page = f"{1e3 * width:.4g} x {1e3 * height:.4g} mm"
         raise UsageError(
-            f"{arguments.drawing}: it is not all on the page of {page}, as its corners are"
+            f"{arguments.file}: it is not all on the page of {page}, as its corners are"
             f" {first.round(1)} and {last.round(1)} mm: --fit puts it there"
         )
     corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)])

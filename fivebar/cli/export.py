@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from argparse import _SubParsersAction
 
 from ..base.errors import SingularityError
 from .options import WORKING, add_options, usage_errors, used_options
@@ -24,7 +23,7 @@ OPTIONS = {
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `export` to the program's commands."""
     parser = commands.add_parser("export")
     formats = "mjcf", "urdf", "sdf", "c", "reprapfirmware", "ros2_control"

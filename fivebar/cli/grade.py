@@ -16,7 +16,7 @@ COMMON = {
     "--labs DIR": "a folder with labs of your own",
     "--hints-from DATE": "until this day reports show points and no explanations",
     "--time-limit S": "of one call (default: 2)",
-    "--html OUT.html": "write the report as a page, with figures",
+    "--html PAGE.html": "write the report as a page, with figures",
     "--json": "the result as JSON on stdout",
 }
 GRADE = {

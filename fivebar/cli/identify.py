@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from argparse import _SubParsersAction
 from dataclasses import replace
-from pathlib import Path
 
 from ..base.errors import UsageError
-from .options import TABLE, add_options, option_of, print_json, used_options, write_files
+from .options import TABLE, add_command, option_of, print_json, used_options, write_files
 from .robot_options import add_robot_options, chosen_machine
 
 GAUGES = {
@@ -20,6 +18,7 @@ GAUGES = {
 }
 NEAR_1 = 0.01  # within which a ratio is that of an encoder that is a little off
 OPTIONS = TABLE | {
+    "LOG.csv ...": "columns t, q1, q2, tau1, tau2, perhaps q1_dot, ...",
     "--validate LOG.csv": "a second run, whose torques are only predicted",
     "--out DIR": "write robot.toml, identification.json and torques.png there",
     "--unknown NAME ...": "identify only these (default: all)",
@@ -30,16 +29,11 @@ OPTIONS = TABLE | {
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `identify` to the program's commands."""
-    parser = commands.add_parser("identify")
-    words = "columns t, q1, q2, tau1, tau2, perhaps q1_dot, ..."
-    parser.add_argument("logs", nargs="+", metavar="LOG.csv", help=words)
-    add_options(parser, OPTIONS)
     gauges = {f"{option_of(name)} NUMBER ...": words for name, words in GAUGES.items()}
-    add_options(parser, gauges, "what was logged", "one number for both motors, or two")
-    add_robot_options(parser)
-    parser.set_defaults(run=_identify)
+    logged = gauges, "what was logged", "one number for both motors, or two"
+    add_robot_options(add_command(commands, "identify", _identify, (OPTIONS,), logged))
 
 
 def _identify(arguments):
@@ -47,12 +41,9 @@ def _identify(arguments):
 
     machine = chosen_machine(arguments)
     robot = machine.robot
-    for path in [*arguments.logs, arguments.validate]:
-        if path is not None and not Path(path).exists():
-            raise UsageError(f"no file {path!r}")
     result = identify(
         robot,
-        arguments.logs,
+        arguments.log,
         validate=arguments.validate,
         unknown=arguments.unknown or None,
         assembly=arguments.assembly,

@@ -5,8 +5,8 @@ animation.
 from __future__ import annotations
 
 import math
-from argparse import _SubParsersAction
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -24,19 +24,16 @@ from ..linkages import (
     verdict,
 )
 from ..linkages.checks import check_branch
-from ..linkages.drives import DRIVES
 from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
 from ..singularities.degenerate import NAMES as LENGTHS
 from .options import (
     JSON,
-    add_options,
-    check_ending,
+    add_command,
     check_positive,
     print_files,
     print_json,
-    type_of,
     usage_errors,
     used_options,
 )
@@ -46,71 +43,26 @@ PRESS_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
 STUDY = {
     "--speed RAD/S": "default: one turn a second; the press: 120 deg/s",
     "--turns NUMBER": "default: 1; the press: 3",
-    "--drive HOW": "turn, until-lock or swing (back and forth)",
+    "--drive turn|until-lock|swing": "swing is back and forth",
     "--plot OUT.png": "draw it",
     "--csv OUT.csv": "write its table",
     "--html OUT.html": "animation; or .gif, .mp4, .webm, .png",
-    "--live OUT.html": "a page on which it is dragged and its bars slide",
-    "--page OUT.html": "linkage and plots, linked by the crank angle",
-}
-FOUR_BAR = {
-    "--point X Y": "coupler point from B along BC, to its left, m",
-    "--held LINK": ("ground", "ground, crank, coupler or rocker"),
-}
-SLIDER_CRANK = {
-    "--offset M": (0.0, "of the guide from the crank's pivot"),
-    "--held LINK": ("guide", "guide, crank, rod or slider"),
-}
-PRESS = {
-    "--load NUMBER": (0.0, "on the slider, along +y, N"),
-    "--no-gravity": "leave out the weights (along +x in the paper)",
+    "--live PAGE.html": "a page on which it is dragged and its bars slide",
+    "--page PAGE.html": "linkage and plots, linked by the crank angle",
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `linkage` to the program's commands."""
     linkage = commands.add_parser("linkage")
     kinds = linkage.add_subparsers(dest="kind", required=True, metavar="KIND")
-
-    four_bar = _kind(kinds, "four-bar", "four-bar A B C D: lengths in m", _four_bar)
-    _add_lengths(four_bar, "ground", "crank", "coupler", "rocker")
-    add_options(four_bar, FOUR_BAR)
-
-    slider = _kind(kinds, "slider-crank", "slider-crank: lengths in m", _slider_crank)
-    _add_lengths(slider, "crank", "rod")
-    add_options(slider, SLIDER_CRANK)
-
-    words = "six-bar press of Wang, Chen and Deng 2019"
-    press = _kind(kinds, "six-bar-press", words, _press, branches=2)
-    words = "repaired (default) or printed"
-    press.add_argument("set", nargs="?", metavar="NAME", default="repaired", help=words)
-    add_options(press, {f"--{name} M": "in place of the set's" for name in PRESS_LENGTHS} | PRESS)
-
-    five = _kind(kinds, "five-bar", "five-bar with its motors at any two joints", _five_bar)
-    add_options(five, {f"--{name} M": "default: the AMORO robot's" for name in LENGTHS})
-    words = "joints 1 to 5 from base to base"
-    five.add_argument("--motors", nargs=2, type=int, default=(1, 5), metavar="JOINT", help=words)
-
-    words = "evans, chebyshev, watt, hoeken or roberts"
-    straight = _kind(kinds, "straight-line", words, _straight_line)
-    straight.add_argument("name", metavar="NAME")
+    study = STUDY, "study", "written files ask for one; else the verdict is all"
+    for name, (words, build, options) in KINDS.items():
+        run = partial(_run, build)
+        add_command(kinds, name, run, study, (JSON | options,), help=words, description=words)
 
 
-def _add_lengths(parser, *names):
-    for name in names:
-        parser.add_argument(name, type=type_of("M"), metavar=name.upper(), help="m")
-
-
-def _kind(kinds, name, words, build, branches=None):
-    parser = kinds.add_parser(name, help=words, description=words)
-    add_options(parser, STUDY, "study", "written files ask for one; else the verdict is all")
-    parser.add_argument("--branch", type=int, nargs=branches, metavar="+-1")
-    add_options(parser, JSON)
-    parser.set_defaults(run=lambda arguments: _run(arguments, build))
-    return parser
-
-
-def _run(arguments, build):
+def _run(build, arguments):
     with usage_errors(ValueError):
         linkage, options, extra = build(arguments)
         options |= used_options(arguments, "branch", "speed", "turns", "drive")
@@ -118,10 +70,6 @@ def _run(arguments, build):
         check_positive(arguments, "turns")
         if arguments.speed is not None and not 0 < abs(arguments.speed) < math.inf:
             raise UsageError(f"--speed must be finite and not 0, not {arguments.speed:g}")
-        if options.get("drive", "turn") not in DRIVES:
-            known = ", ".join(DRIVES)
-            raise UsageError(f"no drive {options['drive']!r}; the known ones are {known}")
-        check_ending("--plot", arguments.plot)
     if options.get("drive") != "swing":
         options.pop("between", None)
     lines = verdict(linkage, branch) + extra
@@ -165,9 +113,9 @@ def _slider_crank(arguments):
 
 
 def _press(arguments):
-    if arguments.set not in PRESSES:
-        raise UsageError(f"no press {arguments.set!r}; the known ones are {', '.join(PRESSES)}")
-    linkage, source = PRESSES[arguments.set]
+    if arguments.name not in PRESSES:
+        raise UsageError(f"no press {arguments.name!r}; the known ones are {', '.join(PRESSES)}")
+    linkage, source = PRESSES[arguments.name]
     options = {
         "speed": SPEED,
         "turns": 3.0,
@@ -234,3 +182,50 @@ def _print_ranges(result, ranges):
     for name, ends in ranges.items():
         least, largest = (round(end, 12) + 0.0 for end in ends)  # -0 is 0
         print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")
+
+
+BRANCH = {"--branch -1|1": ""}
+KINDS = {  # name: words, the function that builds it, its options
+    "four-bar": (
+        "four-bar A B C D: lengths in m",
+        _four_bar,
+        BRANCH
+        | dict.fromkeys(("GROUND", "CRANK", "COUPLER", "ROCKER"), "m")
+        | {
+            "--point X Y": "coupler point from B along BC, to its left, m",
+            "--held LINK": ("ground", "ground, crank, coupler or rocker"),
+        },
+    ),
+    "slider-crank": (
+        "slider-crank: lengths in m",
+        _slider_crank,
+        BRANCH
+        | dict.fromkeys(("CRANK", "ROD"), "m")
+        | {
+            "--offset M": (0.0, "of the guide from the crank's pivot"),
+            "--held LINK": ("guide", "guide, crank, rod or slider"),
+        },
+    ),
+    "six-bar-press": (
+        "six-bar press of Wang, Chen and Deng 2019",
+        _press,
+        {"--branch -1|1 -1|1": "", "[NAME]": ("repaired", "repaired or printed")}
+        | {f"--{name} M": "in place of the set's" for name in PRESS_LENGTHS}
+        | {
+            "--load NUMBER": (0.0, "on the slider, along +y, N"),
+            "--no-gravity": "leave out the weights (along +x in the paper)",
+        },
+    ),
+    "five-bar": (
+        "five-bar with its motors at any two joints",
+        _five_bar,
+        BRANCH
+        | {f"--{name} M": "default: the AMORO robot's" for name in LENGTHS}
+        | {"--motors N N": ((1, 5), "joints 1 to 5 from base to base")},
+    ),
+    "straight-line": (
+        "evans, chebyshev, watt, hoeken or roberts",
+        _straight_line,
+        BRANCH | {"NAME": ""},
+    ),
+}

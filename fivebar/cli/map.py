@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from argparse import _SubParsersAction
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,8 +17,7 @@ from ..singularities.maps import FIELDS, checked_window, singularity_map
 from .options import (
     TABLE,
     WORKING,
-    add_options,
-    check_ending,
+    add_command,
     print_files,
     print_json,
     print_notes,
@@ -46,8 +44,8 @@ OPTIONS = TABLE | {
     "--width column|page": "of the picture: that of a journal's column, 88 mm, or page, 181 mm",
     "--unit UNIT": "of the picture's axes: mm, cm or m; of joints that turn deg or rad",
     "--labels NAME=TEXT ...": "what is written for x, y, q11, a field or words of the legend",
-    "--data OUT.csv": "the grid as .csv or .npz",
-    "--page OUT.html": "an interactive page: point at the map to move the robot",
+    "--data GRID.csv": "the grid as .csv or .npz",
+    "--page PAGE.html": "an interactive page: point at the map to move the robot",
     "--graph OUT.png": "a graph of the aspects between which a motion may pass",
 }
 
@@ -58,12 +56,9 @@ PATH = (  # of JSON: attributes of a PathCheck, some with a unit
 ).split()
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `map` to the program's commands."""
-    parser = commands.add_parser("map")
-    add_options(parser, OPTIONS)
-    add_robot_options(parser)
-    parser.set_defaults(run=_map)
+    add_robot_options(add_command(commands, "map", _map, (OPTIONS,)))
 
 
 def _map(arguments):
@@ -79,9 +74,6 @@ def _map(arguments):
     task = arguments.space == "task"
     user = "map --load" if arguments.load else "map" if task else "map --space joint"
     machine = chosen_machine(arguments, user)
-    check_ending("--data", arguments.data, (".csv", ".npz"))
-    check_ending("--out", arguments.out)
-    check_ending("--graph", arguments.graph)
     levels = used_options(arguments, "det_A", "sin")
     if arguments.fits is not None and not (machine.robot.turns and min(arguments.fits) > 0):
         raise UsageError("--fits takes two sizes > 0, m, of a board for a five-bar")

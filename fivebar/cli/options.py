@@ -17,10 +17,9 @@ from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..models.parameter_units import units_of
 
-FILES = {"DIR", "FILE", "FOLDER"}
 # Names of values that are numbers: their table of units, and the unit of one without a unit.
 NUMBERS: dict[str, tuple[Mapping[str, float], str]] = {
-    **dict.fromkeys(("M", "X", "Y"), (units.METRES, "m")),
+    **dict.fromkeys("M X Y GROUND CRANK COUPLER ROCKER ROD".split(), (units.METRES, "m")),
     "MM": (units.METRES, "mm"),
     "S": (units.SECONDS, "s"),
     "RAD": (units.RADIANS, "rad"),
@@ -35,7 +34,14 @@ NUMBERS: dict[str, tuple[Mapping[str, float], str]] = {
     **dict.fromkeys("K SINE SHARE NUMBER PERCENT DOWN UP".split(), (units.NO_UNIT, "")),
     **dict.fromkeys("Q1 Q2 X0 X1 Y0 Y1".split(), (units.METRES | units.RADIANS, "")),
 }
-PICTURES = (".png", ".svg", ".pdf")
+# Files to be written: the endings of which one must be theirs.
+WRITTEN: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("OUT", "OUT.csv", "OUT.json"), ()),
+    "OUT.png": (".png", ".svg", ".pdf"),
+    "OUT.html": (".html", ".gif", ".mp4", ".webm", ".png"),
+    "PAGE.html": (".html", ".htm"),
+    "GRID.csv": (".csv", ".npz"),
+}
 JSON: dict[str, Any] = {"--json": "the result as JSON on stdout"}
 # Of commands that read a table.
 TABLE = JSON | {"--columns NAME=HEADING ...": "of columns with other headings, as x='East (mm)'"}
@@ -50,44 +56,62 @@ def add_options(
 
     A usage is written as in the help: "--fit" is a flag, "--at X Y" takes two numbers,
     "--space task|joint" one of two words and "--units UNIT ..." any number of values, also
-    when the option is repeated. The name of a value tells its type.
+    when the option is repeated. A value without an option is "NAME", "[FILE]" or "[GOAL ...]".
+    The name of a value tells its type.
     """
     target = parser if title is None else parser.add_argument_group(title, words)
     for usage, text in options.items():
-        name, *values = usage.split()
+        settings: dict[str, Any] = {}
+        if isinstance(text, tuple):
+            default, text = text
+            settings["default"] = default
+            shown = " ".join(map(str, default)) if isinstance(default, tuple) else default
+            text += f" (default: {shown})"
+        name, *values = usage.strip("[]").split()
+        may_lack = usage.startswith("[")
+        if not name.startswith("--"):
+            values.insert(0, name)
+            name = name.partition(".")[0].lower()
+            settings["nargs"] = "?" if may_lack else None
         if not values:
             target.add_argument(name, action="store_true", help=text)
             continue
-        default: Any = None
-        if isinstance(text, tuple):
-            default, text = text
-            shown = " ".join(map(str, default)) if isinstance(default, tuple) else default
-            text += f" (default: {shown})"
-        settings: dict[str, Any] = {"type": type_of(values[0])}
-        if values[-1] == "...":
-            settings |= {"nargs": "+", "action": "extend"}
-            settings["metavar"] = " ".join(values[:-1])
-            default = []
-        elif "|" in values[0]:
-            kind = settings["type"]
+        kind = settings["type"] = type_of(values[0], name)
+        if "|" in values[0]:
             settings["choices"] = [kind(choice) for choice in values[0].split("|")]
+        if values[-1] == "...":
+            several = "*" if may_lack else "+"
+            settings |= {"nargs": several, "action": "extend", "default": []}
+            settings["metavar"] = " ".join(values[:-1])
+        elif len(values) > 1:
+            settings |= {"nargs": len(values), "metavar": tuple(values)}
         else:
-            settings["metavar"] = tuple(values) if len(values) > 1 else values[0]
-        if len(values) > 1 and values[-1] != "...":
-            settings["nargs"] = len(values)
-        target.add_argument(name, default=default, help=text.strip(), **settings)
+            settings["metavar"] = values[0]
+        target.add_argument(name, help=text.strip(), **settings)
 
 
-def type_of(value: str) -> Callable[[str], Any]:
-    """Return what reads the text of a value with this name; OUT: of a file to be written."""
+def add_command(
+    commands: Any, name: str, run: Callable[[Namespace], None], *groups: tuple, **settings: Any
+) -> Any:
+    """Add a command that a function runs; groups: each the arguments of `add_options`."""
+    parser = commands.add_parser(name, **settings)
+    for group in groups:
+        add_options(parser, *group)
+    parser.set_defaults(run=run)
+    return parser
+
+
+def type_of(value: str, option: str) -> Callable[[str], Any]:
+    """Return what reads the text of a value with this name."""
     if value == "N" or value == "-1|1":
         return _whole_number
     if value in NUMBERS:
         return partial(_number, *NUMBERS[value])
-    if value.startswith("OUT"):
-        return _file_to_write
-    is_file = value in FILES or value.endswith((".csv", ".html", ".png", ".json", ".txt"))
-    return Path if is_file else str
+    if value in WRITTEN:
+        return partial(_file_to_write, option, WRITTEN[value])
+    if value == "FILE" or value.endswith((".csv", ".json", ".txt")):
+        return _file_to_read
+    return Path if value in ("DIR", "FOLDER") else str
 
 
 def _whole_number(text):
@@ -104,11 +128,21 @@ def _number(known, unit, text):
         raise ArgumentTypeError(str(error)) from None
 
 
-def _file_to_write(text):
+def _file_to_read(text):
+    path = Path(text)
+    if not path.exists():
+        raise UsageError(f"no file {text!r}")
+    return path
+
+
+def _file_to_write(option, endings, text):
     """Return the path, and make its folder; refuse it, if it must be, before the work begins."""
     path = Path(text)
     if path.is_dir():
         raise UsageError(f"{text} is a folder already")
+    if endings and path.suffix not in endings:
+        known = " or ".join([", ".join(endings[:-1]), endings[-1]])
+        raise UsageError(f"{option} must end in {known}, not {path.name!r}")
     with usage_errors(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
     return path
@@ -147,13 +181,6 @@ def check_positive(arguments: Namespace, *names: str) -> None:
     for name, value in used_options(arguments, *names).items():
         if not 0 < value < float("inf"):
             raise UsageError(f"{option_of(name)} must be finite and > 0, not {value:g}")
-
-
-def check_ending(option: str, path: Path | None, endings: tuple[str, ...] = PICTURES) -> None:
-    """Raise UsageError unless a file's name has one of these endings."""
-    if path is not None and path.suffix not in endings:
-        known = " or ".join([", ".join(endings[:-1]), endings[-1]])
-        raise UsageError(f"{option} must end in {known}, not {path.name!r}")
 
 
 def number(text: str, option: str, name: str = "") -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from argparse import _SubParsersAction
 from dataclasses import replace
 
 import numpy as np
@@ -12,13 +11,12 @@ from ..models.geometry import igm
 from .options import (
     JSON,
     WORKING,
-    add_options,
+    add_command,
     option_of,
     print_files,
     print_json,
     print_notes,
     print_table,
-    type_of,
     usage_errors,
     used_options,
     write_files,
@@ -35,6 +33,8 @@ LIMITS = {  # option: constraint
     "parallel_margin": "det_A",
 }
 ENDS = {
+    "--from X Y": "its start",
+    "--to X Y": "its end",
     "--via X Y ...": "points to pass",
     WORKING: "modes that the whole motion keeps, as 1 -1 (default: -1 -1)",
     "--from-working -1|1 -1|1": "modes at the start; they change on the way, through Type 1 and 2",
@@ -59,19 +59,11 @@ OUTPUT = JSON | {
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `plan` to the program's commands."""
-    plan = commands.add_parser("plan")
     words = "points in m, at rest; modes, where they are named, may change"
-    ends = plan.add_argument_group("from where to where", words)
-    pair = dict(nargs=2, type=type_of("X"), required=True, metavar=("X", "Y"))
-    ends.add_argument("--from", dest="start", **pair)
-    ends.add_argument("--to", dest="goal", **pair)
-    add_options(ends, ENDS)
-    add_options(plan, PROBLEM, "problem")
-    add_options(plan, OUTPUT)
-    add_robot_options(plan)
-    plan.set_defaults(run=_plan)
+    groups = (ENDS, "from where to where", words), (PROBLEM, "problem"), (OUTPUT,)
+    add_robot_options(add_command(commands, "plan", _plan, *groups))
 
 
 def _plan(arguments):
@@ -91,12 +83,15 @@ def _plan(arguments):
     if arguments.workspace:
         x0, x1, y0, y1 = arguments.workspace
         limits["region"] = machine.frame.inverse([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+    ends = used_options(arguments, "from", "to")
+    if len(ends) < 2:
+        raise UsageError("plan needs --from X Y and --to X Y")
     if len(arguments.via) % 2:
         raise UsageError("--via takes pairs X Y")
     points = zip(*[iter(arguments.via)] * 2)
     with usage_errors(ValueError, SingularityError):
-        start = _end(machine, arguments.start, arguments.working or arguments.from_working)
-        goal = _end(machine, arguments.goal, arguments.working or arguments.to_working)
+        start = _end(machine, ends["from"], arguments.working or arguments.from_working)
+        goal = _end(machine, ends["to"], arguments.working or arguments.to_working)
         result = plan(
             robot,
             start,

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import sys
-from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..base.errors import SingularityError, UsageError
-from .options import WORKING, add_options, check_ending, print_table, usage_errors
+from .options import WORKING, add_command, print_table, usage_errors
 from .robot_options import add_robot_options, chosen_machine, in_robot_frame
 
 OPTIONS = {
-    "--out OUT.html": (Path("play.html"), "the page"),
+    "--out PAGE.html": (Path("play.html"), "the page"),
     "--xi X Y": "where joint C begins, or the tool of the robot's file, m",
     WORKING: ((-1, -1), "modes there"),
     "--site DIR": "write a folder for any web host instead: the page, its preview, social tags",
@@ -21,12 +20,9 @@ OPTIONS = {
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `play` to the program's commands."""
-    parser = commands.add_parser("play")
-    add_options(parser, OPTIONS)
-    add_robot_options(parser)
-    parser.set_defaults(run=_play)
+    add_robot_options(add_command(commands, "play", _play, (OPTIONS,)))
 
 
 def _play(arguments):
@@ -35,7 +31,6 @@ def _play(arguments):
 
     machine = chosen_machine(arguments)
     robot = machine.robot
-    check_ending("--out", arguments.out, (".html", ".htm"))
     with usage_errors(ValueError, SingularityError):
         working = tuple(arguments.working)
         xi = arguments.xi and machine.joint(arguments.xi, working)

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ..base.errors import UsageError
-from .options import PICTURES, add_options, check_ending, check_positive
+from .options import add_options, check_positive
 
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
@@ -19,7 +19,6 @@ WATCH = (
     "threading.Thread(target=lambda: os.read({}, 1) or os._exit(1), daemon=True).start(); "
 )
 BACKEND = "module://fivebar.amoro.ros_free.figures"
-ENDINGS = {"plot": PICTURES, "animate": (".html", ".gif", ".mp4", ".webm", ".png")}
 MOST_SEED = 2**32 - 1
 MOST_TIME = 10_000.0  # s: more than a GB of rows
 
@@ -119,7 +118,5 @@ def _check(arguments):
         )
     if not 0 <= arguments.seed <= MOST_SEED:
         raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")
-    for name, endings in ENDINGS.items():
-        check_ending(f"--{name}", getattr(arguments, name), endings)
     if not arguments.plots.is_dir():
         raise UsageError(f"--plots {arguments.plots}: no such folder")

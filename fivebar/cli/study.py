@@ -4,28 +4,24 @@ from __future__ import annotations
 
 import csv
 import sys
-from argparse import _SubParsersAction
 
-from .options import JSON, add_options, print_json
+from .options import JSON, add_command, print_json
+
+OPTIONS = JSON | {
+    "--robots lab|vertical|haptic ...": "(default: all)",
+    "--out DIR": "also ladder.csv and ladder.png",
+}
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `study` to the program's commands."""
-    parser = commands.add_parser("study", help="measure what is worth its cost")
+    parser = commands.add_parser("study")
     studies = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
-    ladder = studies.add_parser(
-        "ladder", help="tracking error and time of a step, with each rung of physics added"
-    )
-    options = JSON | {
-        "--robots NAME ...": "of lab, vertical, haptic (default: all)",
-        "--out DIR": "also ladder.csv and ladder.png",
-    }
-    add_options(ladder, options)
-    ladder.set_defaults(run=_ladder)
+    words = "tracking error and time of a step, with each rung of physics added"
+    add_command(studies, "ladder", _ladder, (OPTIONS,), help=words)
 
 
 def _ladder(arguments):
-    from ..base.errors import UsageError
     from ..base.folders import locked_folder
     from ..base.progress import progress
     from ..base.representation import aligned
@@ -33,8 +29,6 @@ def _ladder(arguments):
     from ..study.ladder import CASES, RUNGS, climb, figure, table
 
     names = arguments.robots or list(CASES)
-    if unknown := [name for name in names if name not in CASES]:
-        raise UsageError(f"no robot {', '.join(unknown)}; the known ones are {', '.join(CASES)}")
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)
     with progress(total=len(names) * len(RUNGS), unit=" rungs", leave=False) as bar:

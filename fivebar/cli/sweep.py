@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import sys
-from argparse import _SubParsersAction
 from contextlib import nullcontext
 from functools import partial
 
 from ..base.errors import UsageError
 from ..base.representation import aligned
-from .options import JSON, add_options, check_ending, named_values, print_json, used_options
+from .options import JSON, add_command, named_values, print_json, used_options
 from .robot_options import add_robot_options, chosen_machine
-from .task_options import add_task_options, by_option, chosen_task, figure_list, figure_of
+from .task_options import TASK, by_option, chosen_task, figure_list, figure_of
 
 DESIGNS = {
     "--grid NAME=LOW:HIGH:COUNT ...": "all combinations",
@@ -22,6 +21,7 @@ DESIGNS = {
     "--designs FILE": "a .csv or .npz file of columns by name",
 }
 OPTIONS = JSON | {
+    "[FIGURE ...]": "a name, or FILE.py:FUNCTION; =min or =max: the best designs are those",
     "--list": "list the figures and their units",
     "--out DIR": "a folder of results; a second run goes on there",
     "--workers N": "processes (default: one per processor)",
@@ -33,38 +33,31 @@ OPTIONS = JSON | {
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `sweep` to the program's commands."""
-    parser = commands.add_parser("sweep")
-    words = "a name, or FILE.py:FUNCTION; =min or =max: the best designs are those"
-    parser.add_argument("figures", nargs="*", metavar="FIGURE", help=words)
     words = "by the robot's parameters, l1, l2, r1, r2, r3, task_x, task_y; m"
-    add_options(parser, DESIGNS, "designs", words)
-    add_options(parser, OPTIONS)
-    add_task_options(parser)
-    add_robot_options(parser)
-    parser.set_defaults(run=_sweep)
+    designs = DESIGNS, "designs", words
+    add_robot_options(add_command(commands, "sweep", _sweep, designs, (OPTIONS,), TASK))
 
 
 def _sweep(arguments):
     if arguments.list:
         print(figure_list())
         return
-    if not arguments.figures:
+    if not arguments.figure:
         raise UsageError("which figure? fivebar sweep --list names them")
     from ..base.workers import dask_executor
     from ..optimal_design.sweeping import sweep
 
     robot, choices = chosen_machine(arguments).robot, chosen_task(arguments)
-    check_ending("--plot", arguments.plot)
     if arguments.mark and not arguments.plot:
         raise UsageError("--mark is of --plot FILE")
     if arguments.dask and arguments.workers:
         raise UsageError("--workers are processes here; with --dask the cluster has its own")
     try:
         designs = _designs(arguments)
-        first, _, sense = arguments.figures[0].partition("=")
-        figures = [figure_of(name) for name in (first, *arguments.figures[1:])]
+        first, _, sense = arguments.figure[0].partition("=")
+        figures = [figure_of(name) for name in (first, *arguments.figure[1:])]
         with dask_executor(arguments.dask) if arguments.dask else nullcontext() as executor:
             swept = sweep(
                 figures,
@@ -99,7 +92,7 @@ def _designs(arguments):
     if arguments.bound and not arguments.sample:
         raise UsageError("--bound is of --sample N")
     if arguments.designs:
-        return str(arguments.designs)
+        return arguments.designs
     if arguments.triangle:
         return triangle(arguments.triangle)
     if arguments.sample:

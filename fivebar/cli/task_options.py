@@ -13,29 +13,27 @@ from textwrap import fill, indent
 
 from ..base.errors import UsageError
 from ..planning.samples import from_csv
-from .options import WORKING, add_options, named_values, number, usage_errors, used_options
+from .options import WORKING, named_values, number, usage_errors, used_options
 
 _MODULES: set = set()  # of users, by the names of the modules that they are
-TASK = {
-    "--table M ...": "width height, or x_min x_max y_min y_max",
-    "--disc M ...": "radius, or x y radius, in place of a table",
-    "--poses N N": "nodes of the table (default: 31 31)",
-    WORKING: "working modes (default: 1 -1, elbows out)",
-    "--motor NAME ...": "by name, or its torque at rest (N m) and its speed without load (rad/s)",
-    "--motion PATH.csv": "t (s), x, y (m), about the task's own origin",
-    "--path DRAWING": "a drawing or points, as `draw` reads them; about that origin",
-    "--tolerance NAME=VALUE ...": "of q (rad), l or d (m)",
-    "--stiffness NM/RAD": "of each motor",
-    "--det-A NUMBER": "least |det A| of a dexterous region",
-    "--sin SINE": "least |sin q_i2| of a dexterous region",
-    "--margin M": "that discs and rectangles keep",
-}
-
-
-def add_task_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a task to a command."""
-    words = "what the figures are about, SI units; task_x and task_y move it"
-    add_options(parser, TASK, "task", words)
+TASK = (  # a group of options
+    {
+        "--table M ...": "width height, or x_min x_max y_min y_max",
+        "--disc M ...": "radius, or x y radius, in place of a table",
+        "--poses N N": "nodes of the table (default: 31 31)",
+        WORKING: "working modes (default: 1 -1, elbows out)",
+        "--motor NAME ...": "by name, or its torque at rest (N m) and speed without load (rad/s)",
+        "--motion PATH.csv": "t (s), x, y (m), about the task's own origin",
+        "--path DRAWING": "a drawing or points, as `draw` reads them; about that origin",
+        "--tolerance NAME=VALUE ...": "of q (rad), l or d (m)",
+        "--stiffness NM/RAD": "of each motor",
+        "--det-A NUMBER": "least |det A| of a dexterous region",
+        "--sin SINE": "least |sin q_i2| of a dexterous region",
+        "--margin M": "that discs and rectangles keep",
+    },
+    "task",
+    "what the figures are about, SI units; task_x and task_y move it",
+)
 
 
 def chosen_task(arguments: argparse.Namespace) -> dict:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 import time
-from argparse import _SubParsersAction
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,14 +18,13 @@ from ..singularities.degenerate import refuse_singular_everywhere
 from .options import (
     TABLE,
     WORKING,
-    add_options,
+    add_command,
     check_positive,
     print_files,
     print_json,
     print_notes,
     print_table,
     refuse_others,
-    type_of,
     usage_errors,
     used_options,
     write_files,
@@ -38,11 +36,13 @@ KP, KD = 100.0, 20.0
 GAINS = {"ctc": (KP, KD), "pd": (0.4, 0.08), "mpc": None}
 # N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home.
 BIGLIDE_PD = (250.0, 50.0)
+DEMO = {"--out DIR": (Path("fivebar-demo"), "folder for the files")}
 PATH = {
+    "[PATH.csv]": "",
+    "--from X Y": "its start",
+    "--to X Y": "its end",
     "--duration S": "of the line",
-    "--case NAME": (
-        "compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder, crossing"
-    ),
+    "--case task-1|torque-limit|mass|delay|encoder|crossing": "compare computed torque and MPC",
     "--units UNIT ...": "of the CSV's columns, as mm or t=ms x=mm",
     "--polyline M": "straight between the CSV's rows, its corners cut by at most so much",
 }
@@ -53,28 +53,17 @@ OPTIONS = TABLE | {
     "--period S": (0.01, "of the controller"),
     "--torque-limit NM": "of either motor, N m (biglide: N)",
     "--out DIR": "write run.csv, tracking.png and animation.html there",
-    "--page OUT.html": "robot and plots on one page, linked by the time",
+    "--page PAGE.html": "robot and plots on one page, linked by the time",
     WORKING: "working modes, as 1 -1 (default: -1 -1, elbows to the right)",
 }
 
 
-def add_parsers(commands: _SubParsersAction) -> None:
+def add_parsers(commands):
     """Add `demo` and `track` to the program's commands."""
-    demo = commands.add_parser("demo")
-    add_options(demo, {"--out DIR": (Path("fivebar-demo"), "folder for the files")})
-    demo.set_defaults(run=_demo)
-
-    track = commands.add_parser("track")
-    path = track.add_argument_group(
-        "path", "a CSV file with columns t (s), x, y (m), or a straight line in m and s"
-    )
-    path.add_argument("csv", nargs="?", metavar="PATH.csv")
-    path.add_argument("--from", dest="start", nargs=2, type=type_of("X"), metavar=("X", "Y"))
-    path.add_argument("--to", dest="goal", nargs=2, type=type_of("X"), metavar=("X", "Y"))
-    add_options(path, PATH)
-    add_options(track, OPTIONS)
+    add_command(commands, "demo", _demo, (DEMO,))
+    words = "a CSV file with columns t (s), x, y (m), or a straight line in m and s"
+    track = add_command(commands, "track", _track, (PATH, "path", words), (OPTIONS,))
     add_robot_options(track)
-    track.set_defaults(run=_track)
 
 
 def _demo(arguments):
@@ -125,8 +114,8 @@ def _track(arguments):
     with usage_errors():
         reference = _reference(arguments)
     check_positive(arguments, "period", "torque_limit")
-    print_notes(arguments.csv, reference.notes)
-    machine = machine_for(arguments, machine, arguments.csv, reference)
+    print_notes(arguments.path, reference.notes)
+    machine = machine_for(arguments, machine, arguments.path, reference)
     working = tuple(arguments.working or (-1, -1))
     limits = machine.constraints
     if torque := arguments.torque_limit or limits.torque:
@@ -179,11 +168,9 @@ def _mpc(arguments, robot, reference, working, assembly, limits):
 def _compare(arguments):
     """Compare computed torque at two gains and the tracker on one case."""
     from ..simulation.comparison import compare
-    from ..study.control_cases import CASES, case, run_case
+    from ..study.control_cases import case, run_case
     from ..visualization.pages import page
 
-    if arguments.case not in CASES:
-        raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
     words = "brings its own path, robot and controller: --out, --page and --json go with it"
     refuse_others(arguments, f"--case {words}", "case", "out", "page", "json")
     runs = run_case(arguments.case)
@@ -205,21 +192,21 @@ def _compare(arguments):
 
 
 def _reference(arguments):
-    ends = used_options(arguments, "start", "goal", "duration")
-    of_file = used_options(arguments, "csv", "units", "columns", "polyline")
+    ends = used_options(arguments, "from", "to", "duration")
+    of_file = used_options(arguments, "path", "units", "columns", "polyline")
     if ends and of_file:
         raise UsageError(
             "--from, --to and --duration make a line, which goes without a CSV file, --units,"
             " --columns and --polyline"
         )
-    if not (len(ends) == 3 or arguments.csv):
+    if not (len(ends) == 3 or arguments.path):
         raise UsageError("track needs a CSV file, or all of --from X Y, --to X Y and --duration S")
     if ends:
         return line(*ends.values())
     told = {"units": arguments.units, "columns": arguments.columns}
     if arguments.polyline is None:
-        return from_csv(arguments.csv, **told)
-    return from_csv(arguments.csv, kind="polyline", deviation=arguments.polyline, **told)
+        return from_csv(arguments.path, **told)
+    return from_csv(arguments.path, kind="polyline", deviation=arguments.polyline, **told)
 
 
 def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1)):

@@ -368,7 +368,7 @@ def test_a_page_is_placed_as_a_whole(monkeypatch, here):
     monkeypatch.setattr("fivebar.paths.placing.fitting_in.fitted_in", fitted_in)
     path = fb.path([(0.01, 0.005), (0.03, 0.015)])
     options = dict.fromkeys(("at", "as_drawn", "fit", "page", "scale", "margin", "working"))
-    options |= {"turn_deg": 90.0, "drawing": "line.csv"}
+    options |= {"turn_deg": 90.0, "file": "line.csv"}
     machine = fb.Machine(fb.FiveBar(l11=0.08))
     page = {"page": (0.09, 0.06)}
     for more, scale, clearance in (
@@ -717,7 +717,7 @@ def test_a_live_page_is_of_the_linkage_in_its_branch(ran, monkeypatch):
 
 
 def test_a_press_without_weights():
-    options = Namespace(set="repaired", load=5.0, no_gravity=False)
+    options = Namespace(name="repaired", load=5.0, no_gravity=False)
     vars(options).update(dict.fromkeys(linkage_command.PRESS_LENGTHS))
     linkage, asked, _ = linkage_command._press(options)
     assert asked["gravity"] == linkage_command.GRAVITY and asked["turns"] == 3.0
@@ -793,7 +793,7 @@ def test_crosses_of_a_photograph_are_calibrated_with(here, monkeypatch, given):
     assert machine.robot == ROBOT and rest == ["A4", [1, -1]]
     assert found == (Path("photo.png"), drawn, "A4", None) or found[0] == "photo.png"
     file = Path("fivebar-sheet", "crosses.csv")
-    assert calibrated[1] == str(file)
+    assert calibrated[1] == file
     np.testing.assert_allclose(table_of(file)[1], seen)
     usual = "l11 l12 l21 l22 d offset1 offset2".split()
     assert calibrated[2] == (*usual, "x0", "y0", "turn")
@@ -806,7 +806,7 @@ def test_calibrations_without_what_they_need_are_refused(here, capsys):
     for words, message in (
         ("", "calibrate needs a file of measured data, or --from-drawing A5"),
         ("--photo a.png", "--photo is of a test drawing: give --from-drawing A4 or A5, too"),
-        ("x.csv --photo a.png --from-drawing A5", "it goes without measured data"),
+        (". --photo a.png --from-drawing A5", "it goes without measured data"),
         ("--from-drawing A5 --robot biglide", "biglide"),
     ):
         assert main(["calibrate", *words.split()]) == 2
@@ -1199,7 +1199,7 @@ def test_what_a_path_is_read_with(here, given):
     with_line(here)
     read = given("paths.reading.read.path")
     more = "line.csv --deviation 1mm --units mm --columns x=East"
-    shared = {0: "line.csv", "deviation": 1e-3, "units": "mm", "columns": ["x=East"]}
+    shared = {0: Path("line.csv"), "deviation": 1e-3, "units": "mm", "columns": ["x=East"]}
     with pytest.raises(Reached):
         main(f"draw {more} --pen-values 1 5".split())
     assert read == shared | {"pen_values": [1.0, 5.0], "curvature": False}
@@ -1281,9 +1281,9 @@ REFUSED = {
     "run here.py --record here.py/a.csv": "here.py: File exists",
     "run here.py --animate a.txt": "--animate must end in .html, .gif, .mp4, .webm or .png",
     "map --labels x": "--labels must be NAME=TEXT, not 'x'",
-    "map --space joint --path a.csv": "are of task space only",
+    "map --space joint --path here.py": "are of task space only",
     "map --space joint --load 0 1 --torque-limit 1": "are of task space only",
-    "certify a.csv --check b.json": "certify needs a path's file, or --check and a proof",
+    "certify here.py --check here.py": "certify needs a path's file, or --check and a proof",
     "identify here.py --counts-per-turn 1 2 3": "--counts-per-turn takes one number or two, not 3",
     "sweep bars --mark l1=0.1 --grid l1=0.1": "--mark is of --plot FILE",
     "grade lab1 here.py here.py": "several submissions are graded in folders",
@@ -1432,7 +1432,8 @@ def course(here, monkeypatch):
     return asked
 
 
-def test_a_course_is_graded_as_its_options_say(course, ran):
+def test_a_course_is_graded_as_its_options_say(course, ran, here):
+    (here / "book.csv").write_text("", "utf-8")
     book = "--gradebook book.csv --column Title --file *_x.py --jobs 3 --time-limit 4 --seed s"
     course.filled = SimpleNamespace(count=2, no_hand_in=1, no_row=["dora"])
     told = ran(f"grade lab1 subs --out out {book}")

@@ -445,7 +445,7 @@ GROUPS = {
     "track": ["path", "robot"],
 }
 WITHOUT_WORDS = "problem", "a folder of submissions"  # groups
-UNEXPLAINED = "branch", "start", "goal", "csv", "data", "name", "script"
+UNEXPLAINED = "branch", "path", "data", "name", "script"
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -475,7 +475,11 @@ def test_each_option_is_explained_and_names_its_value(command):
     [
         ("export --format stl", "invalid choice: 'stl'"),
         ("study", "STUDY"),
-        ("calibrate x.csv --from-drawing A5", "it goes without measured data"),
+        ("study ladder --robots none", "'none' (choose from 'lab', 'vertical', 'haptic')"),
+        ("track --case none", "argument --case: invalid choice: 'none' (choose from 'task-1',"),
+        ("calibrate --loss none", "'none' (choose from 'linear', 'soft_l1',"),
+        ("linkage four-bar 2 1 2 2 --drive none", "'none' (choose from 'turn', 'until-lock',"),
+        ("calibrate . --from-drawing A5", "it goes without measured data"),
         ("draw --example --page 0 0.1", "--page must be finite and > 0"),
     ],
 )
@@ -557,7 +561,7 @@ def test_a_page_begins_with_the_pose_that_is_asked_for(tmp_path, monkeypatch, ca
 
 
 def test_a_press_is_loaded_along_its_slide():
-    options = Namespace(set=next(iter(PRESSES)), load=-120.0, no_gravity=True)
+    options = Namespace(name=next(iter(PRESSES)), load=-120.0, no_gravity=True)
     vars(options).update(dict.fromkeys(linkage_command.PRESS_LENGTHS), l3=0.3)
     linkage, asked, lines = linkage_command._press(options)
     assert asked["load"] == {"E": (0.0, -120.0)} and asked["gravity"] == (0.0, 0.0)
