@@ -253,7 +253,7 @@ def test_a_large_five_bar_warns_once(monkeypatch):
         (["map", "--gravity", "0", "9.81mm"], "its unit must be m/s²"),
         (["sweep", "bars", "--grid", "l1=50:200:3"], "--grid: 50 m: did you mean 50 mm"),
         (["sweep", "bars", "--grid", "l1=0.1deg:0.2:3"], "its unit must be m"),
-        (["certify", "no.csv", "--tolerance", "l11=5deg"], "--tolerance: '5deg'"),
+        (["certify", ".", "--tolerance", "l11=5deg"], "--tolerance: '5deg'"),
     ],
 )
 def test_options_that_are_refused(words, message, capsys):

@@ -49,6 +49,8 @@ COMMANDS = {
     "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),
 }
 ERRNO = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
+ARGUMENT = re.compile(r"\w+(?= must |: |\[)")  # at the start of an error: what it is about
+KEYWORD = re.compile(r"\b(\w+)=(?:\.\.\.|radius)")  # in an error: what is to be given
 INTERRUPTED = 128 + signal.SIGINT  # as a shell names the end by Ctrl-C
 NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?( *[a-zµ°].*)?$", re.IGNORECASE)
 
@@ -87,8 +89,20 @@ def _run(words):
         parser.print_help()
         return 2
     arguments = parser.parse_args(words)
-    arguments.run(arguments)
+    try:
+        arguments.run(arguments)
+    except (TypeError, ValueError, UsageError) as error:
+        raise _by_option(error, arguments) from None
     return 0
+
+
+def _by_option(error, arguments):
+    """Return the error of a used option where it names an argument of Python; else the error."""
+    text = KEYWORD.sub(r"--\1", str(error))
+    found = ARGUMENT.match(text)
+    if found and vars(arguments).get(found[0]) not in (None, []):
+        text = "--" + found[0].replace("_", "-") + text[found.end() :]
+    return error if text == str(error) else UsageError(text)
 
 
 def _flush():

@@ -106,7 +106,7 @@ def _write_sheet(arguments, drawn, folder):
 
 
 def _calibrate(arguments):
-    from ..estimation.calibration.calibrate import DEFAULT, calibrate, known_names
+    from ..estimation.calibration.calibrate import DEFAULT, calibrate
     from ..estimation.calibration.measured_robot import mounting_of
     from ..paths.tool import Tool
 
@@ -126,14 +126,9 @@ def _calibrate(arguments):
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
     start = mounting_of(machine) | named_values(arguments.start, "--start")
     bounds = named_values(arguments.bounds, "--bounds", "LOW:HIGH")
-    if single := [text for text in arguments.bounds if ":" not in text]:
-        raise UsageError(f"--bounds must be NAME=LOW:HIGH, not {single[0]!r}")
     tool = machine.tool
     if arguments.tool_leg:
         tool = replace(tool or Tool(1), leg=int(arguments.tool_leg))
-    with usage_errors(ValueError):
-        known_names(unknown, "--unknown")
-        known_names(tuple(start) or DEFAULT, "--start")
     result = calibrate(
         robot,
         arguments.data,

@@ -9,7 +9,7 @@ from ..base.errors import UsageError
 from ..base.representation import aligned
 from .options import JSON, add_command, named_values, print_json, write_files
 from .robot_options import add_robot_options, chosen_machine
-from .task_options import TASK, by_option, chosen_task, figure_list, figure_of
+from .task_options import TASK, chosen_task, figure_list, figure_of
 
 OPTIONS = JSON | {
     "[GOAL ...]": "up to three figures: a name or FILE.py:FUNCTION, with =min or =max",
@@ -66,9 +66,8 @@ def _design(arguments):
                 **choices,
             )
     except (ValueError, TypeError) as error:
-        raise (
-            ArithmeticError(error) if "nothing within" in str(error) else by_option(error)
-        ) from None
+        kind = ArithmeticError if "nothing within" in str(error) else UsageError
+        raise kind(error) from None
     _show(arguments, result)
 
 

@@ -3,8 +3,10 @@
 import datetime
 import os
 import sys
+from functools import partial
 from pathlib import Path
 
+from ..base.checks import number, optional
 from ..base.errors import UsageError
 from .grade_folder import grade_folders, hand_out, isolation
 from .options import add_options, usage_errors
@@ -257,10 +259,8 @@ def hints_from(arguments, lab):
 
 
 def _limit(arguments):
-    limit = arguments.time_limit
-    if limit is not None and not 0 < limit <= 3600:
-        raise UsageError(f"--time-limit must lie in 0..3600 s, not {limit:g}")
-    return limit
+    limit = partial(number, low=0.0, high=3600.0, above=True)
+    return optional(limit)(arguments.time_limit, "time_limit")
 
 
 def _write(path, text):

@@ -28,15 +28,7 @@ from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
 from ..singularities.degenerate import NAMES as LENGTHS
-from .options import (
-    JSON,
-    add_command,
-    check_positive,
-    print_files,
-    print_json,
-    usage_errors,
-    used_options,
-)
+from .options import JSON, add_command, print_files, print_json, usage_errors, used_options
 
 PRESS_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
 
@@ -67,9 +59,6 @@ def _run(build, arguments):
         linkage, options, extra = build(arguments)
         options |= used_options(arguments, "branch", "speed", "turns", "drive")
         branch = check_branch(linkage, options.pop("branch", None))
-        check_positive(arguments, "turns")
-        if arguments.speed is not None and not 0 < abs(arguments.speed) < math.inf:
-            raise UsageError(f"--speed must be finite and not 0, not {arguments.speed:g}")
     if options.get("drive") != "swing":
         options.pop("between", None)
     lines = verdict(linkage, branch) + extra

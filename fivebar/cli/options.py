@@ -110,7 +110,7 @@ def type_of(value: str, option: str) -> Callable[[str], Any]:
     if value in WRITTEN:
         return partial(_file_to_write, option, WRITTEN[value])
     if value == "FILE" or value.endswith((".csv", ".json", ".txt")):
-        return _file_to_read
+        return partial(_file_to_read, option)
     return Path if value in ("DIR", "FOLDER") else str
 
 
@@ -128,10 +128,10 @@ def _number(known, unit, text):
         raise ArgumentTypeError(str(error)) from None
 
 
-def _file_to_read(text):
+def _file_to_read(option, text):
     path = Path(text)
     if not path.exists():
-        raise UsageError(f"no file {text!r}")
+        raise UsageError(f"{option}: no file {text!r}")
     return path
 
 
@@ -174,13 +174,6 @@ def usage_errors(*kinds: type[Exception]) -> Iterator[None]:
 def option_of(name: str) -> str:
     """Return an option as it is typed, by the name that its value has."""
     return "--" + name.replace("_", "-")
-
-
-def check_positive(arguments: Namespace, *names: str) -> None:
-    """Raise UsageError for an option that is used and not finite and > 0."""
-    for name, value in used_options(arguments, *names).items():
-        if not 0 < value < float("inf"):
-            raise UsageError(f"{option_of(name)} must be finite and > 0, not {value:g}")
 
 
 def number(text: str, option: str, name: str = "") -> float:

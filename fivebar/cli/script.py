@@ -8,8 +8,9 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
+from ..base.checks import number, positive, whole
 from ..base.errors import UsageError
-from .options import add_options, check_positive
+from .options import add_options
 
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
@@ -110,13 +111,8 @@ def _check(arguments):
     script = Path(arguments.script)
     if not (script.is_file() or arguments.mark and script.is_dir()):
         raise UsageError(f"no script {arguments.script!r}")
-    check_positive(arguments, "until", "timeout")
-    if arguments.until > MOST_TIME:
-        raise UsageError(
-            f"--until {arguments.until:g} is more rows, one each millisecond, than memory holds: at"
-            f" most {MOST_TIME:g} s"
-        )
-    if not 0 <= arguments.seed <= MOST_SEED:
-        raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")
+    number(arguments.until, "until", 0.0, MOST_TIME, above=True)
+    positive(arguments.timeout, "timeout")
+    whole(0, MOST_SEED)(arguments.seed, "seed")
     if not arguments.plots.is_dir():
         raise UsageError(f"--plots {arguments.plots}: no such folder")

@@ -8,9 +8,9 @@ from functools import partial
 
 from ..base.errors import UsageError
 from ..base.representation import aligned
-from .options import JSON, add_command, named_values, print_json, used_options
+from .options import JSON, add_command, named_values, print_json, usage_errors, used_options
 from .robot_options import add_robot_options, chosen_machine
-from .task_options import TASK, by_option, chosen_task, figure_list, figure_of
+from .task_options import TASK, chosen_task, figure_list, figure_of
 
 DESIGNS = {
     "--grid NAME=LOW:HIGH:COUNT ...": "all combinations",
@@ -54,11 +54,12 @@ def _sweep(arguments):
         raise UsageError("--mark is of --plot FILE")
     if arguments.dask and arguments.workers:
         raise UsageError("--workers are processes here; with --dask the cluster has its own")
+    cluster = dask_executor(arguments.dask) if arguments.dask else nullcontext()
     try:
         designs = _designs(arguments)
         first, _, sense = arguments.figure[0].partition("=")
         figures = [figure_of(name) for name in (first, *arguments.figure[1:])]
-        with dask_executor(arguments.dask) if arguments.dask else nullcontext() as executor:
+        with usage_errors(ValueError, TypeError), cluster as executor:
             swept = sweep(
                 figures,
                 designs,
@@ -68,9 +69,7 @@ def _sweep(arguments):
                 workers=arguments.workers,
                 **choices,
             )
-        best = swept.best(count=arguments.best, sense=sense or None)
-    except (ValueError, TypeError) as error:
-        raise by_option(error) from None
+            best = swept.best(count=arguments.best, sense=sense or None)
     except KeyboardInterrupt:
         if arguments.out is None:
             raise

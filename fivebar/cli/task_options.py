@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from contextlib import suppress
 from importlib.util import module_from_spec, spec_from_file_location
@@ -25,7 +24,7 @@ TASK = (  # a group of options
         "--motor NAME ...": "by name, or its torque at rest (N m) and speed without load (rad/s)",
         "--motion PATH.csv": "t (s), x, y (m), about the task's own origin",
         "--path DRAWING": "a drawing or points, as `draw` reads them; about that origin",
-        "--tolerance NAME=VALUE ...": "of q (rad), l or d (m)",
+        "--tolerances NAME=VALUE ...": "of q (rad), l or d (m)",
         "--stiffness NM/RAD": "of each motor",
         "--det-A NUMBER": "least |det A| of a dexterous region",
         "--sin SINE": "least |sin q_i2| of a dexterous region",
@@ -53,8 +52,8 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
             number(text, "--motor", name)
             for text, name in zip_longest(arguments.motor, names, fillvalue="")
         ]
-    if arguments.tolerance:
-        choices["tolerances"] = named_values(arguments.tolerance, "--tolerance")
+    if arguments.tolerances:
+        choices["tolerances"] = named_values(arguments.tolerances, "--tolerances")
     if arguments.motion:
         with usage_errors():
             choices["motion"] = from_csv(arguments.motion)
@@ -107,9 +106,3 @@ def figure_list() -> str:
         lines.append(f"motor {name}: {line}")
         lines.append(f"    {motor.source}")
     return "\n".join(lines)
-
-
-def by_option(error: Exception) -> UsageError:
-    """Return the error with --table where Python's message has table=... ."""
-    message = re.sub(r"\b(\w+)=(?:\.\.\.|radius)", r"--\1", str(error))
-    return UsageError(message.replace("--tolerances", "--tolerance"))

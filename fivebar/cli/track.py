@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.checks import positive
 from ..base.errors import UsageError
 from ..control.laws import PD, ComputedTorque
 from ..models.robots import FiveBar
@@ -19,7 +20,6 @@ from .options import (
     TABLE,
     WORKING,
     add_command,
-    check_positive,
     print_files,
     print_json,
     print_notes,
@@ -113,7 +113,7 @@ def _track(arguments):
     robot = machine.robot
     with usage_errors():
         reference = _reference(arguments)
-    check_positive(arguments, "period", "torque_limit")
+    positive(arguments.period, "period")
     print_notes(arguments.path, reference.notes)
     machine = machine_for(arguments, machine, arguments.path, reference)
     working = tuple(arguments.working or (-1, -1))

@@ -213,12 +213,9 @@ path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
     [
         (["none.py"], "no script 'none.py'"),
         (["script.py", "--until", "0"], "--until must be finite and > 0, not 0"),
-        (
-            ["script.py", "--until", "1e5"],
-            "--until 100000 is more rows, one each millisecond, than memory holds",
-        ),
+        (["script.py", "--until", "1e5"], "--until must be finite and from 0 to 10000, not 100000"),
         (["script.py", "--timeout", "nan"], "argument --timeout: 'nan' is not a number"),
-        (["script.py", "--seed", "-1"], "--seed must be from 0 to 4294967295, not -1"),
+        (["script.py", "--seed", "-1"], "--seed must be a whole number >= 0, not -1"),
         (["script.py", "--record", "script.py/run.csv"], "script.py: File exists"),
         (["script.py", "--record", "."], ". is a folder already"),
         (["script.py", "--plot", "run.xyz"], "--plot must end in .png, .svg or .pdf"),

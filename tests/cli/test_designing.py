@@ -49,7 +49,7 @@ def test_a_sweep_its_folder_and_its_table(tmp_path, capsys):
     done = fb.optimal_design.Sweep.load(tmp_path / "out")
     assert again["best"][0]["workspace_area"] == done["workspace_area"].max()
     assert ran(["sweep", "bars", *GRID, "--out", tmp_path / "out"], capsys, 2).err.startswith(
-        "fivebar: out: "
+        "fivebar: --out: "
     )
 
 

@@ -1275,7 +1275,7 @@ REFUSED = {
     "map --fits 0.1 0.1 --robot biglide": "--fits takes two sizes > 0",
     "design bars --plot a.txt": "--plot must end in .png, .svg or .pdf, not 'a.txt'",
     f"{FOUR_BAR} --plot a.txt": "--plot must end in .png, .svg or .pdf, not 'a.txt'",
-    f"{FOUR_BAR} --turns 0": "--turns must be finite and > 0",
+    f"{FOUR_BAR} --turns 0 --csv a.csv": "--turns must be finite and > 0",
     "play --out a.txt": "--out must end in .html or .htm, not 'a.txt'",
     "run here.py --bag here": "here is a folder already",
     "run here.py --record here.py/a.csv": "here.py: File exists",
