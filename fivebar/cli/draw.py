@@ -21,6 +21,7 @@ from .draw_place import PLACE, may_cross, page_row, placed, says_other_modes
 from .options import (
     TABLE,
     add_command,
+    point_words,
     print_files,
     print_json,
     print_notes,
@@ -271,8 +272,8 @@ def _met(machine, path, check):
 
 def _place(machine, point):
     """Return in words a point of the robot's own frame, in the measuring frame."""
-    x, y = 1e3 * machine.frame(point)
-    return f"({x:.4g}, {y:.4g}) mm" + " in the measuring frame" * machine.moves_points
+    frame = " in the measuring frame" if machine.moves_points else ""
+    return point_words(machine.frame(point)) + frame
 
 
 def _timed(arguments, machine, path, working):
@@ -423,7 +424,6 @@ def _picture(arguments, machine, motion, drawn, page):
 def _print(arguments, machine, figures):
     from ..visualization.style import length
 
-    x, y = (1e3 * value for value in figures["middle"])
     least = figures["lower_bound_s"]
     jerky = machine.constraints.jerk is not None
     near = ", as asked for" if arguments.duration is not None else ""
@@ -436,7 +436,7 @@ def _print(arguments, machine, figures):
     drawn = 1e3 * figures["drawn_m"]
     rows = [
         ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
-        ("middle of it", f"({x:.4g}, {y:.4g}) mm"),
+        ("middle of it", point_words(figures["middle"])),
         *page_row(figures["page"]),
         ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
         ("time", f"{figures['duration_s']:.4f} s{near}"),

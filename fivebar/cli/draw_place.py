@@ -10,7 +10,7 @@ import numpy as np
 from ..base.checks import positive
 from ..base.errors import UnreachableError, UsageError
 from ..base.representation import working_words
-from .options import WORKING, option_of, print_notes, usage_errors
+from .options import WORKING, option_of, point_words, print_notes, size_words
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 MARGIN = 0.005  # m, from singularities
@@ -91,8 +91,7 @@ def _on_page(arguments, path):
     from ..paths.placing.fitting_in import bounds
 
     size = np.array(arguments.page)
-    with usage_errors(ValueError):
-        width, height = (positive(side, "--page") for side in size.tolist())
+    width, height = (positive(side, "page") for side in size.tolist())
     low, high = bounds(path)
     scale = arguments.scale or 1.0
     shift = np.zeros(2)
@@ -101,9 +100,8 @@ def _on_page(arguments, path):
         shift = (size - scale * (low + high)) / 2
     first, last = 1e3 * scale * low, 1e3 * scale * high
     if not ((scale * low + shift > -1e-9).all() and (scale * high + shift < size + 1e-9).all()):
-        page = f"{1e3 * width:.4g} x {1e3 * height:.4g} mm"
         raise UsageError(
-            f"{arguments.file}: it is not all on the page of {page}, as its corners are"
+            f"{arguments.file}: it is not all on the page of {size_words(size)}, as its corners are"
             f" {first.round(1)} and {last.round(1)} mm: --fit puts it there"
         )
     corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)])
@@ -182,6 +180,5 @@ def page_row(corners):
     if corners is None:
         return []
     first, along, *_ = np.array(corners)
-    x, y = 1e3 * first
     turn = np.rad2deg(np.arctan2(*(along - first)[::-1])).round(9) + 0.0  # -0 is 0
-    return [("page", f"its lower left corner at ({x:.4g}, {y:.4g}) mm, turned by {turn:.4g}°")]
+    return [("page", f"its lower left corner at {point_words(first)}, turned by {turn:.4g}°")]

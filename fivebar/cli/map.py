@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import UnreachableError, UsageError
+from ..base.progress import progress
 from ..base.tables import saved
 from ..planning.samples import from_csv
 from ..singularities.degenerate import EVERYWHERE
@@ -18,9 +19,11 @@ from .options import (
     TABLE,
     WORKING,
     add_command,
+    point_words,
     print_files,
     print_json,
     print_notes,
+    size_words,
     usage_errors,
     used_options,
 )
@@ -148,11 +151,16 @@ def _map(arguments):
     print_files(used_options(arguments, "out", "graph", "data", "page").values())
 
 
-def _slowly(parts, what):
-    """Return an iterable of parts that shows how many are done where that takes long."""
-    from ..base.progress import progress
-
-    return progress(parts, desc=what, delay=2, leave=False)
+def _largest_of(parts, what, measure):
+    """Return (size, part, shape) of the largest shape in any part, of several that of the lowest
+    number; None where no part has one. measure: what gives the size and the shape in a part.
+    """
+    found = []
+    for part in progress(parts, desc=what, delay=2, leave=False):
+        with suppress(ValueError):  # there is no room for it
+            size, shape = measure(part)
+            found.append((size, part, shape))
+    return max(found, key=lambda each: round(each[0], 6), default=None)
 
 
 def _load(arguments, machine):
@@ -191,7 +199,7 @@ def _feasible(machine, kept, load):
     else:
         bases = known_aspects(robot)
     found = []
-    for base in _slowly(bases, "regions"):
+    for base in progress(bases, desc="regions", delay=2, leave=False):
         found += feasible_parts(bounded_by(base, kept, load) if machine.tool is None else base)
     return numbered(found)
 
@@ -201,19 +209,22 @@ def _largest(machine, regions, margin):
     from ..constraints.disc import largest_disc
     from ..constraints.rectangle import largest_rectangle
 
-    discs = []
-    for region in _slowly(regions, "discs"):
-        with suppress(ValueError):  # none keeps the clearance there
-            disc = largest_disc(region, margin)
-            discs.append((disc.radius, region.number, disc))
-    if not discs:
+    def disc(region):
+        shape = largest_disc(region, margin)
+        return shape.radius, shape
+
+    best = _largest_of(regions, "discs", disc)
+    if best is None:
         return {"largest_disc": None, "largest_rectangle": None}
-    radius, number, disc = max(discs)
-    center = machine.frame(disc.center)
-    found = {"region": number, "center_m": center, "radius_m": radius * machine.frame.scale}
+    radius, region, shape = best
+    found = {
+        "region": region.number,
+        "center_m": machine.frame(shape.center),
+        "radius_m": radius * machine.frame.scale,
+    }
     own = None
     with suppress(ValueError):
-        own = _placed(machine, largest_rectangle(regions[number - 1], margin))
+        own = _placed(machine, largest_rectangle(region, margin))
     return {"largest_disc": found, "largest_rectangle": own}
 
 
@@ -231,44 +242,39 @@ def _board(machine, parts, margin, size):
     """Return the aspect or region that holds a board of this shape (2,) m largest."""
     from ..constraints.rectangle import largest_rectangle
 
-    found = []
-    for part in _slowly(parts, "boards"):
-        with suppress(ValueError):  # no rectangle of that shape is found there
-            rectangle = largest_rectangle(part, margin, size[0] / size[1])
-            scale = (rectangle.x_max - rectangle.x_min) / size[0]
-            found.append((round(scale, 6), -part.number, scale, rectangle))
-    if not found:
+    def board(part):
+        rectangle = largest_rectangle(part, margin, size[0] / size[1])
+        return (rectangle.x_max - rectangle.x_min) / size[0], rectangle
+
+    best = _largest_of(parts, "boards", board)
+    if best is None:
         raise ValueError("no aspect holds a board of this shape")
-    _, number, scale, rectangle = max(found)
+    scale, part, rectangle = best
     own = _placed(machine, rectangle)
-    return {"fits": scale >= 1, "scale": scale, "number": -number} | own
+    return {"fits": scale >= 1, "scale": scale, "number": part.number} | own
 
 
 def _print_largest(result, size):
     """Print the largest disc and rectangle, and whether a board of a size fits."""
     if disc := result.get("largest_disc"):
-        x, y = (1e3 * value for value in disc["center_m"])
-        radius = f"radius {1e3 * disc['radius_m']:.4f} mm"
-        print(f"largest disc: {radius} about ({x:.4g}, {y:.4g}) mm, in region {disc['region']}")
+        where = f"about {point_words(disc['center_m'])}, in region {disc['region']}"
+        print(f"largest disc: radius {1e3 * disc['radius_m']:.4f} mm {where}")
     if rectangle := result.get("largest_rectangle"):
         print(f"largest rectangle in it: {_rectangle_words(rectangle)}")
     if board := result.get("board"):
         verb = "fits" if board["fits"] else "does not fit"
-        x, y = (1e3 * side for side in size)
         where = f"scale {board['scale']:.4g}, in {board['in']} {board['number']}"
         print(
-            f"a board of {x:.4g} x {y:.4g} mm {verb}: the largest of its shape is"
+            f"a board of {size_words(size)} {verb}: the largest of its shape is"
             f" {_rectangle_words(board)}, {where}"
         )
 
 
 def _rectangle_words(rectangle):
-    width, height = (1e3 * side for side in rectangle["rectangle_m"])
-    left, below = (1e3 * value for value in rectangle["corner_m"])
     angle = np.rad2deg(rectangle["turned_rad"])
     turned = f", turned by {angle:.4g}° as the robot" if angle else ""
-    corner = f"its lower left corner at ({left:.4g}, {below:.4g}) mm{turned}"
-    return f"{width:.4g} x {height:.4g} mm, {corner}"
+    corner = f"its lower left corner at {point_words(rectangle['corner_m'])}{turned}"
+    return f"{size_words(rectangle['rectangle_m'])}, {corner}"
 
 
 def _print_regions(name, regions):

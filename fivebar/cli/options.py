@@ -215,6 +215,18 @@ def named_values(texts: Iterable[str], option: str, form: str = "VALUE") -> dict
     return found
 
 
+def point_words(point: Iterable[float]) -> str:
+    """Return a point (2,), m, in words."""
+    x, y = point
+    return f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
+
+
+def size_words(size: Iterable[float]) -> str:
+    """Return width and height, m, in words."""
+    width, height = size
+    return f"{1e3 * width:.4g} x {1e3 * height:.4g} mm"
+
+
 def print_notes(file: object, notes: Iterable[str]) -> None:
     """Write to stderr what is to be said of a file."""
     for note in notes:

@@ -1162,9 +1162,7 @@ def test_a_map_of_a_tool_is_of_its_regions(ran, here, pictured, monkeypatch):
 
 def test_what_takes_long_shows_how_much_is_done(monkeypatch):
     asked = []
-    monkeypatch.setattr(
-        "fivebar.base.progress.progress", lambda each, **how: asked.append(how) or each
-    )
+    monkeypatch.setattr(map_command, "progress", lambda each, **how: asked.append(how) or each)
     fake_parts(monkeypatch)
     machine = fb.Machine(ROBOT)
     parts = [SimpleNamespace(number=1)]
