@@ -17,6 +17,7 @@ from .options import (
     named_values,
     print_json,
     usage_errors,
+    used_options,
     write_files,
 )
 from .robot_options import add_robot_options, chosen_machine
@@ -124,8 +125,6 @@ def _calibrate(arguments):
     if arguments.data is None:
         raise UsageError("calibrate needs a file of measured data, or --from-drawing A5")
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
-    start = mounting_of(machine) | named_values(arguments.start, "--start")
-    bounds = named_values(arguments.bounds, "--bounds", "LOW:HIGH")
     tool = machine.tool
     if arguments.tool_leg:
         tool = replace(tool or Tool(1), leg=int(arguments.tool_leg))
@@ -134,14 +133,10 @@ def _calibrate(arguments):
         arguments.data,
         unknown,
         tool=tool,
-        start=start,
-        sigma=arguments.sigma,
-        bounds=bounds,
+        start=mounting_of(machine) | named_values(arguments.start, "--start"),
+        bounds=named_values(arguments.bounds, "--bounds", "LOW:HIGH"),
         priors=named_values(arguments.prior, "--prior"),
-        loss=arguments.loss,
-        units=arguments.units,
-        columns=arguments.columns,
-        mistakes=arguments.mistakes,
+        **used_options(arguments, "sigma", "loss", "units", "columns", "mistakes"),
     )
     text = str(result)
     profiles = result.intervals(method="profile") if arguments.profile else {}

@@ -17,6 +17,7 @@ from .options import (
     print_notes,
     refuse_others,
     usage_errors,
+    used_options,
 )
 from .robot_options import add_robot_options, chosen_machine, machine_for, print_frames
 
@@ -58,13 +59,8 @@ def _certify(arguments):
         placement = Placement(
             tuple(arguments.shift), math.radians(arguments.turn_deg), arguments.scale
         )
-        path = read(
-            arguments.file,
-            deviation=arguments.deviation,
-            units=arguments.units,
-            columns=arguments.columns,
-            placement=placement,
-        )
+        told = used_options(arguments, "deviation", "units", "columns")
+        path = read(arguments.file, placement=placement, **told)
         machine = machine_for(arguments, machine, arguments.file, path)
         constraints = Constraints(det_A=arguments.margin, sin=arguments.margin)
         proof = certify(machine, path, tolerances, constraints, arguments.working)

@@ -7,7 +7,7 @@ from contextlib import nullcontext
 
 from ..base.errors import UsageError
 from ..base.representation import aligned
-from .options import JSON, add_command, named_values, print_json, write_files
+from .options import JSON, add_command, named_values, print_json, used_options, write_files
 from .robot_options import add_robot_options, chosen_machine
 from .task_options import TASK, chosen_task, figure_list, figure_of
 
@@ -58,11 +58,9 @@ def _design(arguments):
                 bounds,
                 limits=limits,
                 robot=robot,
-                points=arguments.points,
-                seed=arguments.seed,
                 step=step,
-                effort=arguments.effort,
                 executor=executor,
+                **used_options(arguments, "points", "seed", "effort"),
                 **choices,
             )
     except (ValueError, TypeError) as error:

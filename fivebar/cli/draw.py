@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.checks import not_negative, positive
+from ..base.checks import not_negative, optional, positive
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..base.representation import working_words
@@ -29,7 +29,14 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, machine_for, peak_row, print_frames
+from .robot_options import (
+    add_robot_options,
+    chosen_limits,
+    chosen_machine,
+    machine_for,
+    peak_row,
+    print_frames,
+)
 
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
@@ -111,20 +118,19 @@ def _draw(arguments):
     if arguments.lead is not None and (arguments.pen_time or dialect is not None):
         words = "a pen that needs time rests, and firmware rests for M3 and M5"
         raise UsageError(f"--lead goes without --pen-time and --format gcode: {words}")
-    with usage_errors(ValueError):
-        resolution = None if counts is None else 2 * np.pi / positive(counts, "--counts-per-turn")
-        pen_time = not_negative(arguments.pen_time, "--pen-time")
-        if arguments.lead is not None:
-            positive(arguments.lead, "--lead")
-        backlash = not_negative(arguments.backlash or 0.0, "--backlash")
+    resolution = None if counts is None else 2 * np.pi / positive(counts, "counts_per_turn")
+    pen_time = not_negative(arguments.pen_time, "pen_time")
+    lead = optional(positive)(arguments.lead, "lead")
+    backlash = not_negative(arguments.backlash or 0.0, "backlash")
     path = _read(arguments, machine)
     print_notes(arguments.file, path.notes)
     if arguments.as_drawn:  # elsewhere it is a shape
         machine = machine_for(arguments, machine, arguments.file, path)
     path, working, share, page = placed(arguments, machine, path)
-    if arguments.lead is not None:
-        path = strokes.with_leads(path, arguments.lead)
-    path = strokes.with_pen_time(path, pen_time) if pen_time else path
+    if lead:
+        path = strokes.with_leads(path, lead)
+    if pen_time:
+        path = strokes.with_pen_time(path, pen_time)
     check = _checked(arguments, machine, path, working)
     proof = _proved(arguments, machine.robot, path, working) if check.singularity_free else None
     motion, drives = _timed(arguments, machine, path, working)
@@ -250,11 +256,9 @@ def _read(arguments, machine):
     with usage_errors(ValueError, OSError):
         return path(
             arguments.file,
-            deviation=arguments.deviation,
             curvature=machine.constraints.jerk is not None,
-            units=arguments.units,
             pen_values=None if arguments.format == "gcode" else arguments.pen_values,
-            columns=arguments.columns,
+            **used_options(arguments, "deviation", "units", "columns"),
         )
 
 
@@ -283,15 +287,10 @@ def _timed(arguments, machine, path, working):
     from ..paths.timing.solve import TimingError
     from ..paths.timing.time_path import SLOW, slowness, time_path
 
-    options = ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
-    values = used_options(arguments, *options)
-    limits = {name.removesuffix("_limit"): value for name, value in values.items()}
     if not 0 <= arguments.reserve < 1:
         raise UsageError(f"--reserve must be from 0 to below 1, not {arguments.reserve:g}")
-    if arguments.motor is not None:
-        limits["motors"] = arguments.motor
     with usage_errors(ValueError):
-        constraints = replace(machine.constraints, clearance=0.0, **limits)
+        constraints = replace(machine.constraints, clearance=0.0, **chosen_limits(arguments))
     known = Limits.of(constraints)
     if known == Limits():
         constraints = replace(constraints, **USUAL)
@@ -358,11 +357,8 @@ def _backlash_error(motion, backlash):
     t = np.linspace(0.0, motion.duration, SAMPLES)
     pose = motion.accelerations(t[motion.pen(t)]).rates.pose
     J = pose.J if motion.path.tool is None else motion.path.tool.tool.jacobian(pose)
-    worst = np.maximum(
-        np.linalg.norm(J[..., 0] + J[..., 1], axis=-1),
-        np.linalg.norm(J[..., 0] - J[..., 1], axis=-1),
-    )
-    return float(worst.max() * backlash / 2)
+    corners = J @ [(1, 1), (1, -1)]  # the tip's moves, as columns: both joints one way, or apart
+    return float(np.linalg.norm(corners, axis=-2).max() * backlash / 2)
 
 
 def _proved(arguments, robot, path, working):

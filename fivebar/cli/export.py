@@ -40,9 +40,7 @@ def _export(arguments):
 
     machine = chosen_machine(arguments, f"export {arguments.format}")
     options = used_options(arguments, "step", "closure", "functions", "name", "plugin", "working")
-    given = used_options(arguments, "homing_deg", "steps_per_turn")
-    names = {"homing_deg": "homing", "steps_per_turn": "per_turn"}
-    options |= {names[key]: value for key, value in given.items()}
+    options |= {"homing": arguments.homing_deg, "per_turn": arguments.steps_per_turn}
     with usage_errors(ValueError, SingularityError):
         if arguments.start:
             options["start"] = dgm(machine.robot, arguments.start, arguments.assembly)

@@ -40,19 +40,9 @@ def _identify(arguments):
     from ..estimation.identification.identify import identify
 
     machine = chosen_machine(arguments)
-    robot = machine.robot
-    result = identify(
-        robot,
-        arguments.log,
-        validate=arguments.validate,
-        unknown=arguments.unknown or None,
-        assembly=arguments.assembly,
-        cutoff=arguments.cutoff,
-        consistent=arguments.consistent,
-        units=arguments.units,
-        columns=arguments.columns,
-        **_gauges(arguments, machine),
-    )
+    names = "validate unknown assembly cutoff consistent units columns".split()
+    options = used_options(arguments, *names) | _gauges(arguments, machine)
+    result = identify(machine.robot, arguments.log, **options)
     files = []
     if arguments.out:
         identified = replace(machine, robot=result.robot)

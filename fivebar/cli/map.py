@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import UnreachableError, UsageError
-from ..base.progress import progress
 from ..base.tables import saved
 from ..planning.samples import from_csv
 from ..singularities.degenerate import EVERYWHERE
@@ -85,7 +84,7 @@ def _map(arguments):
     regions = path = points = None
     with usage_errors():
         if arguments.path:
-            path = from_csv(arguments.path, units=arguments.units, columns=arguments.columns)
+            path = from_csv(arguments.path, **used_options(arguments, "units", "columns"))
             machine = machine_for(arguments, machine, arguments.path, path)
             points = path(np.linspace(path.start, path.start + path.duration, 1001))[0]
             points = machine.frame.inverse(points)
@@ -155,6 +154,8 @@ def _largest_of(parts, what, measure):
     """Return (size, part, shape) of the largest shape in any part, of several that of the lowest
     number; None where no part has one. measure: what gives the size and the shape in a part.
     """
+    from ..base.progress import progress
+
     found = []
     for part in progress(parts, desc=what, delay=2, leave=False):
         with suppress(ValueError):  # there is no room for it
@@ -182,6 +183,7 @@ def _load(arguments, machine):
 
 def _feasible(machine, kept, load):
     """Return the numbered parts of all aspects in which constraints hold; None without any."""
+    from ..base.progress import progress
     from ..constraints.disc import bounded_by
     from ..constraints.feasible import feasible_parts
     from ..paths.placing.tool_regions import tool_regions

@@ -149,8 +149,8 @@ def _file_to_write(option, endings, text):
 
 
 def used_options(arguments: Namespace, *names: str) -> dict[str, Any]:
-    """Return those options that were used, by name."""
-    values = {name: getattr(arguments, name) for name in names}
+    """Return those options that were used, by name; a command may have no option of a name."""
+    values = {name: vars(arguments).get(name) for name in names}
     return {name: value for name, value in values.items() if value not in (None, [])}
 
 

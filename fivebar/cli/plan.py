@@ -21,17 +21,9 @@ from .options import (
     used_options,
     write_files,
 )
-from .robot_options import add_robot_options, chosen_machine, peak_row, print_frames
+from .robot_options import add_robot_options, chosen_limits, chosen_machine, peak_row, print_frames
 
 SAMPLES = 4001
-LIMITS = {  # option: constraint
-    "motor": "motors",
-    "torque_limit": "torque",
-    "joint_speed_limit": "joint_speed",
-    "acceleration_limit": "acceleration",
-    "serial_margin": "sin",
-    "parallel_margin": "det_A",
-}
 ENDS = {
     "--from X Y": "its start",
     "--to X Y": "its end",
@@ -77,7 +69,7 @@ def _plan(arguments):
         )
     if machine.tool is not None:
         machine = _for_tool(arguments, machine)
-    limits = {LIMITS[option]: value for option, value in used_options(arguments, *LIMITS).items()}
+    limits = chosen_limits(arguments)
     if arguments.working:
         limits.setdefault("sin", machine.constraints.sin or LEAST_SIN)
     if arguments.workspace:

@@ -17,6 +17,15 @@ FRAMES = {
     "measuring": "in the measuring frame of the robot's file; --frame robot: in the robot's own",
     "robot": "in the robot's own frame",
 }
+LIMITS = {  # option: constraint
+    "motor": "motors",
+    "torque_limit": "torque",
+    "speed_limit": "speed",
+    "joint_speed_limit": "joint_speed",
+    "acceleration_limit": "acceleration",
+    "serial_margin": "sin",
+    "parallel_margin": "det_A",
+}
 PARAMETERS = tuple(dict.fromkeys(field.name for kind in KINDS for field in fields(kind)))
 
 
@@ -83,6 +92,11 @@ def machine_for(arguments, machine, file, path):
         arguments.frame_row = [("points", whose)]
         print_notes(file, [f"its points are {whose}, as its first line says"])
     return found
+
+
+def chosen_limits(arguments):
+    """Return {constraint: value} of the options of LIMITS that were used."""
+    return {LIMITS[option]: value for option, value in used_options(arguments, *LIMITS).items()}
 
 
 def chosen_machine(arguments, user=""):

@@ -203,7 +203,7 @@ def _reference(arguments):
         raise UsageError("track needs a CSV file, or all of --from X Y, --to X Y and --duration S")
     if ends:
         return line(*ends.values())
-    told = {"units": arguments.units, "columns": arguments.columns}
+    told = used_options(arguments, "units", "columns")
     if arguments.polyline is None:
         return from_csv(arguments.path, **told)
     return from_csv(arguments.path, kind="polyline", deviation=arguments.polyline, **told)

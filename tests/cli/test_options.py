@@ -92,7 +92,6 @@ CASES = [
             "cutoff": 20.0,
             "consistent": True,
             "units": ["q1=deg"],
-            "columns": [],
             "offset": (0.0, 0.0),
             "counts_per_turn": 4096.0,
             "torque_constant": (0.5, 0.6),
