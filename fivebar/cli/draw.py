@@ -7,14 +7,15 @@ from __future__ import annotations
 import sys
 import warnings
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from ..base.checks import not_negative, optional, positive
 from ..base.errors import UsageError
-from ..base.folders import locked_folder
 from ..base.representation import working_words
+from ..base.tables import saved
 from ..singularities.degenerate import EVERYWHERE
 from .draw_gcode import GCODE, Drawn, dialect_of, machine_of_axes, written_gcode
 from .draw_place import PLACE, may_cross, page_row, placed, says_other_modes
@@ -28,6 +29,7 @@ from .options import (
     print_table,
     usage_errors,
     used_options,
+    write_files,
 )
 from .robot_options import (
     add_robot_options,
@@ -43,6 +45,8 @@ LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
 LEAP = 10.0  # times its median: an error that a place has, and not the whole motion
 TWICE = 2.0  # times the largest torque that the motion needs: its tracker is not in control
 STEP = 1e-3  # s, of the simulation
+# What a robot draws that is not simulated.
+NOTHING = Drawn(np.empty((0, 2)), np.empty(0), np.empty(0, bool), {})
 SAMPLES = 2001  # of the motion, for backlash
 DRAWING = {
     "[FILE]": "an SVG, G-code (.nc, .gcode, ...) or a CSV of x, y",
@@ -152,21 +156,21 @@ def _draw(arguments):
     if dialect is not None:
         drawn, files = written_gcode(arguments, machine, motion, dialect)
     elif not _has_inertia(machine.robot):
-        drawn, files = None, []
+        drawn, files = NOTHING, []
         words = "it has no inertia, so it is not simulated: there is no run.csv"
         print_notes(arguments.robot, [words])
     else:
         drawn, files = _simulated(arguments, machine, motion, drives, resolution)
-    figures |= {} if drawn is None else drawn.figures
-    with locked_folder(arguments.out):
-        if dialect is None:
-            files = [*_setpoints(arguments, machine, motion), *files]
-        files.insert(0, _picture(arguments, machine, motion, drawn, page))
-        certificate = arguments.out / "proof.json"
-        certificate.unlink(missing_ok=True)  # that of an earlier drawing would be false
-        if figures["certified"]:
-            files.append(certificate)
-            proof.to_json(certificate)
+    figures |= drawn.figures
+    picture = _picture(arguments, machine, motion, drawn, page)
+    writers = {"drawing.png": partial(saved, picture)}
+    if dialect is None:
+        writers |= _setpoints(arguments, machine, motion)
+    # That of an earlier drawing would be false.
+    (arguments.out / "proof.json").unlink(missing_ok=True)
+    files = [*write_files(arguments.out, writers), *files]
+    if figures["certified"]:
+        files += write_files(arguments.out, {"proof.json": proof.to_json})
     if arguments.json:
         print_json({**figures, "notes": path.notes, "files": files})
         return
@@ -212,10 +216,8 @@ def _simulated(arguments, machine, motion, drives, resolution):
     }
     size = np.ptp(run.drawn_ref[down], axis=0).max()
     _say_leaps(machine, motion, run, off * down, size)
-    file = arguments.out / "run.csv"
-    with locked_folder(arguments.out):
-        run.to_csv(file)
-    return Drawn(run.drawn, off, down, figures), [file]
+    files = write_files(arguments.out, {"run.csv": run.to_csv})
+    return Drawn(run.drawn, off, down, figures), files
 
 
 def _say_leaps(machine, motion, run, off, size):
@@ -375,32 +377,32 @@ def _proved(arguments, robot, path, working):
 
 
 def _setpoints(arguments, machine, motion):
-    """Write the set-points and return their files."""
+    """Return {file: what writes it} of the set-points."""
     from ..paths.setpoints import setpoints
 
-    files = [arguments.out / "setpoints.csv"]
     table = setpoints(machine.robot, motion, arguments.rate, motion.working)
     counts = arguments.counts_per_turn if arguments.angles == "counts" else None
-    table.to_csv(files[0], arguments.angles, machine, counts)
-    if arguments.drive is not None:
+    writers = {"setpoints.csv": lambda path: table.to_csv(path, arguments.angles, machine, counts)}
+
+    def to_drives(path):
         with usage_errors(ValueError):
             drive = float(arguments.drive) if arguments.drive[:1].isdigit() else arguments.drive
-            files.append(arguments.out / f"drives.{'bin' if arguments.binary else 'csv'}")
-            table.to_drives(files[1], drive, machine, arguments.zero_counts, arguments.wrap)
-    return files
+            table.to_drives(path, drive, machine, arguments.zero_counts, arguments.wrap)
+
+    if arguments.drive is not None:
+        writers[f"drives.{'bin' if arguments.binary else 'csv'}"] = to_drives
+    return writers
 
 
 def _picture(arguments, machine, motion, drawn, page):
-    """Write the picture and return its file."""
-    from ..base.tables import saved
     from ..paths import strokes
     from ..visualization.plot.drawing import drawing
 
-    rows = [] if drawn is None else strokes.runs(drawn.down)
+    rows = strokes.runs(drawn.down)
     title = f"drawn in {motion.duration:.4g} s"
-    if drawn is not None:
+    if rows:
         title += f", within {1e6 * drawn.off[drawn.down].max():.3g} µm"
-    picture = drawing(
+    return drawing(
         machine.robot,
         motion.working,
         strokes.outlines(motion.path.drawn),
@@ -412,9 +414,6 @@ def _picture(arguments, machine, motion, drawn, page):
         page,
         machine.frame,
     )
-    file = arguments.out / "drawing.png"
-    saved(picture, file)
-    return file
 
 
 def _print(arguments, machine, figures):

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.errors import UsageError
-from ..base.folders import locked_folder
-from .options import option_of, usage_errors, used_options
+from .options import option_of, usage_errors, used_options, write_files
 
 GCODE = {
     "--format csv|gcode": ("csv", "what is written: set-points, or joint-space G-code"),
@@ -98,10 +97,11 @@ def written_gcode(arguments, machine, motion, dialect):
     from ..exporters.export import export
     from ..exporters.gcode_replay import read_joint_gcode, replayed
 
-    file = arguments.out / "drawing.nc"
+    def write(path):
+        export(motion, "gcode", path, machine=machine, dialect=dialect)
+
     with usage_errors(ValueError):
-        with locked_folder(arguments.out):
-            export(motion, "gcode", file, machine=machine, dialect=dialect)
+        (file,) = write_files(arguments.out, {"drawing.nc": write})
     program = read_joint_gcode(file.read_text(encoding="utf-8"), dialect)
     replay = replayed(program, motion, machine, dialect)
     figures = {

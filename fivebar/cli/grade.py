@@ -9,12 +9,18 @@ from pathlib import Path
 from ..base.checks import number, optional
 from ..base.errors import UsageError
 from .grade_folder import grade_folders, hand_out, isolation
-from .options import add_options, usage_errors
+from .options import add_command, usage_errors
 
 SECRET = "FIVEBAR_SECRET"
-
-
+LAB = "lab1 (or 1), or its full name"
+CHECK = {
+    "[LAB]": LAB,
+    "[SUBMISSION]": (
+        "your .py file or notebook, or a folder or zip with it; without it you get the template"
+    ),
+}
 COMMON = {
+    "--file NAME": "which of several files is meant (a pattern)",
     "--labs DIR": "a folder with labs of your own",
     "--hints-from DATE": "until this day reports show points and no explanations",
     "--time-limit S": "of one call (default: 2)",
@@ -22,6 +28,10 @@ COMMON = {
     "--json": "the result as JSON on stdout",
 }
 GRADE = {
+    "LAB": LAB,
+    "[SUBMISSION ...]": (
+        "a .py file, notebook or zip; a folder of them, or a folder for each attempt"
+    ),
     "--seed SEED": "of the hidden inputs (default: from the secret, else random; in the result)",
     "--secret-file FILE": f"the course's secret (or in ${SECRET})",
     "--student ID": "whose robot it is (default: by the file's name)",
@@ -41,26 +51,9 @@ FOLDER = {
 
 def add_parsers(commands):
     """Add `check` and `grade` to the program's commands."""
-    check = commands.add_parser("check")
-    _common(check, "?")
-    words = "your .py file or notebook, or a folder or zip with it; without it you get the template"
-    check.add_argument("file", type=Path, nargs="?", metavar="FILE", help=words)
-    check.set_defaults(run=_check)
-
-    grade = commands.add_parser("grade")
-    _common(grade)
-    words = "a .py file, notebook or zip; a folder of them, or a folder for each attempt"
-    grade.add_argument("file", type=Path, nargs="*", metavar="FILE|FOLDER", help=words)
-    add_options(grade, GRADE)
-    add_options(grade, FOLDER, "a folder of submissions")
-    grade.set_defaults(run=_grade)
-
-
-def _common(parser, lab=None):
-    parser.add_argument("lab", metavar="LAB", nargs=lab, help="lab1 (or 1), or its full name")
-    words = "which of several files is meant (a pattern)"
-    parser.add_argument("--file", dest="program", metavar="NAME", help=words)
-    add_options(parser, COMMON)
+    add_command(commands, "check", _check, (CHECK | COMMON,))
+    groups = (GRADE | COMMON,), (FOLDER, "a folder of submissions")
+    add_command(commands, "grade", _grade, *groups)
 
 
 def _check(arguments):
@@ -71,7 +64,7 @@ def _check(arguments):
         names = ", ".join(lab.name for lab in known_labs(arguments.labs))
         raise UsageError(f"which lab, and which file of yours? The known ones are: {names}")
     lab = find_lab(arguments.lab, arguments.labs)
-    if arguments.file is None:
+    if arguments.submission is None:
         return _hand_out_template(lab)
     how = {"limit": _limit(arguments), "hints_from": hints_from(arguments, lab)}
     _show(arguments, withheld(_graded(arguments, lab, lambda lab: how, home=True)))
@@ -102,15 +95,15 @@ def _grade(arguments):
     limit = _limit(arguments)
     if arguments.hand_out:
         return hand_out(arguments, lab, secret)
-    if not arguments.file:
+    if not arguments.submission:
         raise UsageError("what is to be graded? Name a file or a folder")
     seed = arguments.seed or (hidden_seed(secret, lab.name) if secret else None)
     if _holds_hand_ins(arguments, lab):
         reports = grade_folders(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
         return _must_reach(arguments, reports)
-    if len(arguments.file) > 1:
+    if len(arguments.submission) > 1:
         raise UsageError("several submissions are graded in folders, a folder for each attempt")
-    (arguments.file,) = arguments.file
+    (arguments.submission,) = arguments.submission
     if arguments.out:
         raise UsageError(
             "--out is for a folder of submissions; for one there are --html, --csv, --json,"
@@ -120,7 +113,7 @@ def _grade(arguments):
     seed = seed or os.urandom(8).hex()
 
     def how(lab):
-        student = arguments.student or arguments.file.resolve().stem
+        student = arguments.student or arguments.submission.resolve().stem
         robot = robot_for(student, secret, lab.robot())
         return {
             "student": student,
@@ -151,7 +144,7 @@ def _holds_hand_ins(arguments, lab):
     """Return whether a folder is named that is not one student's: for Gradescope it always is."""
     from ..grading.intake.cohort_folder import entries_of, find_hand_ins, is_one_hand_in
 
-    folder, *more = arguments.file
+    folder, *more = arguments.submission
     if not folder.is_dir() or arguments.gradescope:
         return False
     if arguments.out or more or not lab.file():
@@ -174,7 +167,7 @@ def _graded(arguments, lab, how, home=False):
     from ..grading.report.tries import with_try_counted
     from ..grading.worker.submission import SubmissionError
 
-    path = arguments.file
+    path = arguments.submission
     if not path.exists():
         raise UsageError(f"no file {str(path)!r}; to fill in: fivebar check {lab.name}")
     programs, left = look_into(path)
@@ -185,7 +178,7 @@ def _graded(arguments, lab, how, home=False):
     versions, troubles = {}, {}
     for each in labs:
         try:
-            versions[each] = choose(each, programs, arguments.program)
+            versions[each] = choose(each, programs, arguments.file)
         except SubmissionError as error:
             if len(labs) > 1:  # the others have theirs
                 print(f"{each.name}: {error}", file=sys.stderr)

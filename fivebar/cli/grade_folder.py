@@ -34,12 +34,12 @@ def grade_folders(arguments, lab, secret, seed, limit, hints_from):
         book = Gradebook(arguments.gradebook, lab, arguments.column)
     settings = read_settings(out)
     course = Course(lab, out, settings, book)
-    course.find(arguments.file, arguments.program, secret is not None)
+    course.find(arguments.submission, arguments.file, secret is not None)
     _print_ignored(course.ignored)
     if not course.students:
         raise UsageError(
-            f"{arguments.file[0]} holds no submissions: a .py file, notebook or zip, or a folder,"
-            " per student"
+            f"{arguments.submission[0]} holds no submissions: a .py file, notebook or zip, or"
+            " a folder, per student"
         )
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
@@ -76,7 +76,7 @@ def _check_folders(arguments):
         )
     if arguments.jobs < 1:
         raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
-    for folder in arguments.file:
+    for folder in arguments.submission:
         if not folder.is_dir():
             raise UsageError(f"{folder} is no folder: several attempts are several folders")
         if folder.resolve() in (out.resolve(), *out.resolve().parents):

@@ -28,7 +28,15 @@ from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
 from ..singularities.degenerate import NAMES as LENGTHS
-from .options import JSON, add_command, print_files, print_json, usage_errors, used_options
+from .options import (
+    JSON,
+    add_command,
+    print_files,
+    print_json,
+    usage_errors,
+    used_options,
+    write_options,
+)
 
 PRESS_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
 
@@ -69,7 +77,8 @@ def _run(build, arguments):
     if used_options(arguments, "plot", "csv", "html", "page"):
         result = study(linkage, branch=branch, **options)
         ranges = _ranges(result)
-        files = _write(result, arguments)
+        writers = {"plot": result.plot, "csv": result.to_csv, "html": result.animate}
+        files = write_options(arguments, writers | {"page": result.page})
         if not arguments.json:
             _print_ranges(result, ranges)
     if arguments.live:
@@ -136,19 +145,6 @@ def _straight_line(arguments):
     drive = "turn" if crank_range(mechanism.linkage).full else "swing"
     options = {"drive": drive, "between": tuple(ends), "branch": mechanism.branch}
     return mechanism.linkage, options, extra
-
-
-def _write(result, arguments):
-    writers = {
-        arguments.plot: result.plot,
-        arguments.csv: result.to_csv,
-        arguments.html: result.animate,
-        arguments.page: result.page,
-    }
-    writers.pop(None, None)
-    for path, write in writers.items():
-        write(path)
-    return list(writers)
 
 
 def _ranges(result):

@@ -4,9 +4,10 @@ import csv
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ..base.errors import UsageError
-from .options import print_json
+from .options import print_json, write_options
 
 LIMIT = 60.0  # s of wall time for one script
 MOST_SCRIPTS = 3  # of a hand-in that are tried
@@ -51,7 +52,10 @@ def mark(arguments, rest):
             raise RuntimeError(f"--mark {arguments.mark}: no mark")
         if not arguments.json:
             print(words(tried.tracking))
-        _write_files(arguments, tried.run)
+        run: Any = tried.run
+        writers = {"record": run.to_csv, "plot": run.plot, "animate": run.animate}
+        for file in write_options(arguments, writers):
+            print(f"fivebar run: wrote {file}", file=sys.stderr)
         return
     found = [_best(hand_in, how) for hand_in in _hand_ins(path)]
     if arguments.json:
@@ -71,13 +75,6 @@ def _print_table(found):
         if about:
             values = about["points"], about["of"], round(1e3 * about["largest_error_m"], 4)
         table.writerow(map(cell, (tried.student, tried.name, *values, tried.trouble)))
-
-
-def _write_files(arguments, run):
-    for option, write in (("record", "to_csv"), ("plot", "plot"), ("animate", "animate")):
-        if (path := getattr(arguments, option)) is not None:
-            getattr(run, write)(path)
-            print(f"fivebar run: wrote {path}", file=sys.stderr)
 
 
 def _hand_ins(path):

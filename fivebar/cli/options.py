@@ -45,7 +45,6 @@ WRITTEN: dict[str, tuple[str, ...]] = {
 JSON: dict[str, Any] = {"--json": "the result as JSON on stdout"}
 # Of commands that read a table.
 TABLE = JSON | {"--columns NAME=HEADING ...": "of columns with other headings, as x='East (mm)'"}
-HALF_OPEN = "--limit", "--bounds"  # ranges of these may leave out an end
 WORKING = "--working -1|1 -1|1"
 
 
@@ -111,7 +110,7 @@ def type_of(value: str, option: str) -> Callable[[str], Any]:
         return partial(_file_to_write, option, WRITTEN[value])
     if value == "FILE" or value.endswith((".csv", ".json", ".txt")):
         return partial(_file_to_read, option)
-    return Path if value in ("DIR", "FOLDER") else str
+    return Path if value in ("DIR", "FOLDER", "SUBMISSION") else str
 
 
 def _whole_number(text):
@@ -184,34 +183,24 @@ def number(text: str, option: str, name: str = "") -> float:
         raise UsageError(f"{option}: {error}") from None
 
 
-def parse_values(text: str, option: str, form: str = "VALUE") -> tuple[str, list]:
-    """Return ("l1", [0.05, 0.2]) of l1=0.05:0.2; None for an empty place of a half-open one.
-
-    form: what stands after NAME= ; it has as many parts as its colons allow, or one.
-    """
-    name, sign, values = text.partition("=")
-    parts = values.split(":")
-    if not sign or len(parts) not in (1, form.count(":") + 1):
-        shape = form if form == "VALUE" else f"VALUE or {form}"
-        raise UsageError(f"{option} must be NAME={shape}, not {text!r}")
-    if "" in parts and (len(parts) == 1 or option not in HALF_OPEN):
-        raise UsageError(f"{option}: a number is missing in {text!r}")
-    numbers: list[float | None] = []
-    for part, of in zip(parts, form.split(":")):
-        own = "" if of == "COUNT" else name
-        value = number(part, option, own) if part else None
-        if of == "COUNT" and value is not None and value.is_integer():
-            value = int(value)
-        numbers.append(value)
-    return name, numbers
-
-
 def named_values(texts: Iterable[str], option: str, form: str = "VALUE") -> dict[str, Any]:
-    """Return {name: number} of NAME=VALUE, and {name: (low, high)} of NAME=LOW:HIGH."""
+    """Return {name: number} of NAME=VALUE, and {name: numbers} of NAME=LOW:HIGH, or as the form
+    is; None for an end of LOW:HIGH that is left out.
+    """
     found: dict[str, Any] = {}
     for text in texts:
-        name, values = parse_values(text, option, form)
-        found[name] = values[0] if len(values) == 1 else tuple(values)
+        name, sign, values = text.partition("=")
+        parts = values.split(":")
+        if not sign or len(parts) not in (1, form.count(":") + 1):
+            shape = form if form == "VALUE" else f"VALUE or {form}"
+            raise UsageError(f"{option} must be NAME={shape}, not {text!r}")
+        numbers: list[Any] = []
+        for part, of in zip(parts, form.split(":")):
+            own = "" if of == "COUNT" else name
+            is_open = len(parts) == 2 and not part
+            value: Any = None if is_open else number(part, option, own)
+            numbers.append(int(value) if of == "COUNT" and value.is_integer() else value)
+        found[name] = numbers[0] if len(numbers) == 1 else tuple(numbers)
     return found
 
 
@@ -245,6 +234,18 @@ def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -
         for name, write in writers.items():
             write(folder / name)
     return [folder / name for name in writers]
+
+
+def write_options(
+    arguments: Namespace, writers: Mapping[str, Callable[[Path], object]]
+) -> list[Path]:
+    """Write the files of those options that were used, each by its function; return where they
+    are.
+    """
+    paths = used_options(arguments, *writers)
+    for name, path in paths.items():
+        writers[name](path)
+    return list(paths.values())
 
 
 def print_files(files: Iterable[object]) -> None:

@@ -134,18 +134,15 @@ def _for_tool(arguments, machine):
 
 def _figures(robot, plan):
     from ..simulation.comparison import peak_name
+    from ..visualization.loci import crossings
 
     t = np.linspace(0.0, plan.duration, SAMPLES)
     pose = plan.accelerations(t).rates.pose
-    crossings = []
-    for kind, margin in ((1, pose.sines[0]), (1, pose.sines[1]), (2, pose.det_A)):
-        for k in np.flatnonzero(np.diff(margin >= 0)):
-            crossings.append([float(t[k]), kind])
     return {
         "duration_s": plan.duration,
         "objective": plan.objective,
         peak_name(robot): np.abs(plan.torques(t)).max(axis=0).tolist(),
-        "singularity_crossings": sorted(crossings),
+        "singularity_crossings": sorted([time, kind] for time, kind, *_ in crossings(t, pose)),
         "working_at_the_end": [int(mode) for mode in pose.working[-1]],
         "relative_error": plan.error,
         "intervals": len(plan.pieces.xi),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import sys
+from functools import partial
 
-from .options import JSON, add_command, print_json
+from .options import JSON, add_command, print_json, write_files
 
 OPTIONS = JSON | {
     "--robots lab|vertical|haptic ...": "(default: all)",
@@ -22,7 +23,6 @@ def add_parsers(commands):
 
 
 def _ladder(arguments):
-    from ..base.folders import locked_folder
     from ..base.progress import progress
     from ..base.representation import aligned
     from ..base.tables import saved, written
@@ -34,13 +34,14 @@ def _ladder(arguments):
     with progress(total=len(names) * len(RUNGS), unit=" rungs", leave=False) as bar:
         rungs = {name: climb(CASES[name], bar.update) for name in names}
     header, rows = table(rungs)
+
+    def to_csv(path):
+        with written(path) as file:
+            csv.writer(file).writerows([header, *rows])
+
     if arguments.out:
-        paths = arguments.out / "ladder.csv", arguments.out / "ladder.png"
-        with locked_folder(arguments.out):
-            with written(paths[0]) as file:
-                csv.writer(file).writerows([header, *rows])
-            saved(figure(rungs), paths[1])
-        print(*paths, sep="\n", file=sys.stderr)
+        writers = {"ladder.csv": to_csv, "ladder.png": partial(saved, figure(rungs))}
+        print(*write_files(arguments.out, writers), sep="\n", file=sys.stderr)
     if arguments.json:
         print_json([dict(zip(header, row)) for row in rows])
         return

@@ -8,7 +8,15 @@ from functools import partial
 
 from ..base.errors import UsageError
 from ..base.representation import aligned
-from .options import JSON, add_command, named_values, print_json, usage_errors, used_options
+from .options import (
+    JSON,
+    add_command,
+    named_values,
+    print_json,
+    usage_errors,
+    used_options,
+    write_options,
+)
 from .robot_options import add_robot_options, chosen_machine
 from .task_options import TASK, chosen_task, figure_list, figure_of
 
@@ -102,17 +110,13 @@ def _designs(arguments):
 
 
 def _show(arguments, swept, best):
-    columns = [*swept.names, *swept.figures]
-    table = {name: swept[name][best].tolist() for name in columns}
     draw = partial(swept.plot, mark=named_values(arguments.mark, "--mark") or None)
-    for path, write in ((arguments.csv, swept.to_csv), (arguments.plot, draw)):
-        if path:
-            write(path)
-            print(path, file=sys.stderr)
-    if arguments.out:
-        print(arguments.out, file=sys.stderr)
-    rows = zip(best.tolist(), *table.values())
+    files = write_options(arguments, {"csv": swept.to_csv, "plot": draw})
+    for path in [*files, *used_options(arguments, "out").values()]:
+        print(path, file=sys.stderr)
+    columns = [*swept.names, *swept.figures]
     names = "design", *columns
+    rows = zip(best.tolist(), *(swept[name][best].tolist() for name in columns))
     if arguments.json:
         designs = [dict(zip(names, row)) for row in rows]
         print_json({"designs": swept.count, "errors": len(swept.errors), "best": designs})

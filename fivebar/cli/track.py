@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ from .options import (
     usage_errors,
     used_options,
     write_files,
+    write_options,
 )
 from .robot_options import add_robot_options, chosen_machine, machine_for, peak_row, print_frames
 
@@ -127,9 +129,7 @@ def _track(arguments):
     saturation = limits.motors or limits.torque and limits.torque[0]
     figures, run = _tracked(robot, reference, controller, arguments.period, saturation, working)
     files = _write(run, arguments.out) if arguments.out else []
-    if arguments.page:
-        run.page(arguments.page)
-        files.append(arguments.page)
+    files += write_options(arguments, {"page": run.page})
     if arguments.json:
         print_json({**figures, "frame": arguments.frame, "files": files})
         return
@@ -179,9 +179,7 @@ def _compare(arguments):
     if arguments.out:
         tables = {f"{name}.csv": run.to_csv for name, run in runs.items()}
         files = write_files(arguments.out, {"comparison.png": comparison.plot, **tables})
-    if arguments.page:
-        page(runs, arguments.page)
-        files.append(arguments.page)
+    files += write_options(arguments, {"page": partial(page, runs)})
     if arguments.json:
         figures = comparison.figures
         print_json({"case": arguments.case, "controllers": figures, "files": files})

@@ -217,7 +217,7 @@ REFUSED = {
     "sweep bars --grid l11=0.1 --triangle 5": "not --grid and --triangle",
     "sweep bars --grid l11=0.1 --bound l21=0.1:0.2": "--bound is of --sample N",
     "sweep bars --grid l11=0.1:0.2:1.5": "grid: l11's count must be a whole number",
-    "sweep bars --grid l11=0.1::3": "--grid: a number is missing",
+    "sweep bars --grid l11=0.1::3": "--grid: '' is not a number",
     "map --space joint --det-A 0.1": "are of task space only",
     "map --window 0.2 -0.2 0.2 0.1": "finite min < max, not [0.2, -0.2, 0.2, 0.1]",
     "map --window -0.2 0.2 inf 0.1": "finite min < max, not [-0.2, 0.2, inf, 0.1]",

@@ -86,11 +86,8 @@ def unplotted(monkeypatch):
         monkeypatch.setattr(kind, "plot", plot)
     monkeypatch.setattr(fb.Run, "animate", plot)
 
-    def picture(arguments, *rest):
-        plot(None, arguments.out / "drawing.png")
-        return arguments.out / "drawing.png"
-
-    monkeypatch.setattr(draw, "_picture", picture)
+    monkeypatch.setattr(draw, "_picture", lambda *_: None)
+    monkeypatch.setattr(draw, "saved", plot)
 
 
 def rows_of(text):
@@ -1102,12 +1099,11 @@ def test_the_picture_of_a_drawing_shows_what_is_drawn(is_gcode, here, monkeypatc
     drawn = []
     module = import_module("fivebar.visualization.plot.drawing")  # Its function has its name.
     monkeypatch.setattr(module, "drawing", lambda *words: drawn.append(words))
-    monkeypatch.setattr("fivebar.base.tables.saved", lambda *_: None)
     path = fb.path([(0.0, 0.1), (0.02, 0.1)])
     motion = SimpleNamespace(duration=1.23456, working=(1, -1), path=path)
     machine = fb.Machine(ROBOT, frame=fb.Placement((0.1, 0.0)))
     options = Namespace(out=here, format="gcode" if is_gcode else "csv")
-    assert draw._picture(options, machine, motion, None, None) == here / "drawing.png"
+    draw._picture(options, machine, motion, draw.NOTHING, None)
     tip = np.linspace((0.0, 0.1), (0.02, 0.1), 6)
     down = np.array([1, 1, 0, 1, 1, 1], bool)
     off = 1e-6 * np.array([1.0, 2.0, 9.0, 3.0, 4.0, 5.0])
@@ -1331,7 +1327,7 @@ def test_a_hand_in_of_two_labs_is_graded_in_each(here, monkeypatch, capsys):
     monkeypatch.setattr("fivebar.grading.grade.grade", graded)
     monkeypatch.setattr("fivebar.grading.judging.results.joined", lambda best: best)
     lab = find_lab("amoro")
-    options = Namespace(file=folder, program=None)
+    options = Namespace(submission=folder, file=None)
 
     def how(lab):
         return {"student": f"anna in {lab.name}"}

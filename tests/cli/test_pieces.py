@@ -340,7 +340,8 @@ def test_one_script_is_marked_with_its_own_arguments(tmp_path, monkeypatch, caps
 
     def tried(*given):
         asked.append(given)
-        return mark.Tried("control", "control.py", tracking, said="hello\n")
+        run = SimpleNamespace(to_csv=None, plot=None, animate=None)
+        return mark.Tried("control", "control.py", tracking, said="hello\n", run=run)
 
     monkeypatch.setattr(mark, "_tried", tried)
     files = dict.fromkeys(("record", "plot", "animate"))

@@ -124,5 +124,3 @@ def test_the_command_prints_and_writes(tmp_path, capsys):
     assert [row["rung"] for row in rows] == list(RUNGS) and rows[0]["instructions"] == 121
     with open(tmp_path / "ladder.csv", encoding="utf-8") as file:
         assert [row["rung"] for row in csv.DictReader(file)] == list(RUNGS)
-    assert main(["study", "ladder", "--robots", "moon"]) == 2
-    assert "no robot moon; the known ones are lab, vertical, haptic" in capsys.readouterr().err
