@@ -38,15 +38,13 @@ def _design(arguments):
     if not arguments.goal:
         raise UsageError("which goal? fivebar design --list names the figures")
     from ..base.workers import dask_executor
-    from ..optimal_design.figures import FIGURES
     from ..optimal_design.optimum import design
 
     robot, choices = chosen_machine(arguments).robot, chosen_task(arguments)
     goals = {}
     for text in arguments.goal:
         name, _, sense = text.partition("=")
-        smaller = name in FIGURES and FIGURES[name].better == "small"
-        goals[figure_of(name)] = sense or ("min" if smaller else "max")
+        goals[figure_of(name)] = sense or None
     bounds = named_values(arguments.bound, "--bound", "LOW:HIGH")
     limits = named_values(arguments.limit, "--limit", "LOW:HIGH")
     limits = {figure_of(name): value for name, value in limits.items()}

@@ -155,7 +155,7 @@ def _draw(arguments):
     }
     if dialect is not None:
         drawn, files = written_gcode(arguments, machine, motion, dialect)
-    elif not _has_inertia(machine.robot):
+    elif min(*machine.robot.inertias, machine.robot.m) <= 0:
         drawn, files = NOTHING, []
         words = "it has no inertia, so it is not simulated: there is no run.csv"
         print_notes(arguments.robot, [words])
@@ -177,10 +177,6 @@ def _draw(arguments):
     print_frames(arguments, machine, *(file for file in files if file.name == "run.csv"))
     _print(arguments, machine, figures)
     print_files(files)
-
-
-def _has_inertia(robot):
-    return min(*robot.inertias, robot.m) > 0
 
 
 def _simulated(arguments, machine, motion, drives, resolution):

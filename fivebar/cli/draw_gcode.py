@@ -62,12 +62,12 @@ def dialect_of(arguments):
         if used:
             raise UsageError(f"{option_of(next(iter(used)))} goes with --format gcode")
         return None
-    if "steps_per_turn" in used and "mm_per_turn" in used:
+    turns = used_options(arguments, "steps_per_turn", "mm_per_turn")
+    if len(turns) > 1:
         raise UsageError("--steps-per-turn and --mm-per-turn: the axes are in steps or in mm")
     values = used_options(arguments, "feed", "max_feed", "pen", "firmware", "gear", "speed_error")
-    for unit in ("steps", "mm"):
-        if f"{unit}_per_turn" in used:
-            values |= {"unit": unit, "per_turn": used[f"{unit}_per_turn"]}
+    for name, count in turns.items():
+        values |= {"unit": name.partition("_")[0], "per_turn": count}
     if arguments.pen_values:
         values["down"], values["up"] = arguments.pen_values
     if "approach_deg" in used:

@@ -90,22 +90,21 @@ def _on_page(arguments, path):
     from ..paths.placement import Placement
     from ..paths.placing.fitting_in import bounds
 
-    size = np.array(arguments.page)
-    width, height = (positive(side, "page") for side in size.tolist())
-    low, high = bounds(path)
+    size = np.array([positive(side, "page") for side in arguments.page])
     scale = arguments.scale or 1.0
     shift = np.zeros(2)
     if arguments.fit:
+        low, high = bounds(path)
         scale = float((size / np.maximum(high - low, 1e-9)).min())
         shift = (size - scale * (low + high)) / 2
-    first, last = 1e3 * scale * low, 1e3 * scale * high
-    if not ((scale * low + shift > -1e-9).all() and (scale * high + shift < size + 1e-9).all()):
+    on_page = Placement(tuple(shift.tolist()), 0.0, scale)(path)
+    first, last = bounds(on_page)
+    if (first < -1e-9).any() or (last > size + 1e-9).any():
         raise UsageError(
             f"{arguments.file}: it is not all on the page of {size_words(size)}, as its corners are"
-            f" {first.round(1)} and {last.round(1)} mm: --fit puts it there"
+            f" {(1e3 * first).round(1)} and {(1e3 * last).round(1)} mm: --fit puts it there"
         )
-    corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)])
-    return Placement(tuple(shift.tolist()), 0.0, scale)(path), corners
+    return on_page, size * [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
 
 
 def says_other_modes(arguments, machine, motion):

@@ -23,7 +23,6 @@ from ..linkages import (
     study,
     verdict,
 )
-from ..linkages.checks import check_branch
 from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
@@ -66,7 +65,7 @@ def _run(build, arguments):
     with usage_errors(ValueError):
         linkage, options, extra = build(arguments)
         options |= used_options(arguments, "branch", "speed", "turns", "drive")
-        branch = check_branch(linkage, options.pop("branch", None))
+    branch = options.pop("branch", None)
     if options.get("drive") != "swing":
         options.pop("between", None)
     lines = verdict(linkage, branch) + extra

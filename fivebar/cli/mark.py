@@ -1,6 +1,5 @@
 """`fivebar run --mark`: controllers' tracking errors as points, for a script or for many."""
 
-import csv
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,16 +64,16 @@ def mark(arguments, rest):
 
 
 def _print_table(found):
-    from ..grading.report.outputs import cell
+    from ..grading.report.outputs import csv_text
 
-    table = csv.writer(sys.stdout, lineterminator="\n")
-    table.writerow(COLUMNS)
+    rows = []
     for tried in found:
         about = tried.tracking
         values = ("", "", "")
         if about:
             values = about["points"], about["of"], round(1e3 * about["largest_error_m"], 4)
-        table.writerow(map(cell, (tried.student, tried.name, *values, tried.trouble)))
+        rows.append((tried.student, tried.name, *values, tried.trouble))
+    print(csv_text(COLUMNS, rows).replace("\r", ""), end="")
 
 
 def _hand_ins(path):

@@ -31,12 +31,13 @@ def goals_of(
     figures = figures_of(list(goals) if isinstance(goals, Mapping) else goals, task, robot, "goals")
     if len(figures) > 3:
         raise ValueError(f"goals: at most three, not {len(figures)}: name the others as limits")
-    if not isinstance(goals, Mapping):
-        return figures, tuple(SENSE[figure.better] for figure in figures)
-    for figure, sense in zip(figures, goals.values()):
-        if sense not in ("min", "max"):
+    given = goals.values() if isinstance(goals, Mapping) else [None] * len(figures)
+    senses = []
+    for figure, sense in zip(figures, given):
+        if sense not in ("min", "max", None):
             raise ValueError(f'goals: {figure.name} is to be "min" or "max", not {shown(sense)}')
-    return figures, tuple(goals.values())
+        senses.append(sense or SENSE[figure.better])
+    return figures, tuple(senses)
 
 
 def limits_by_figure(limits: Any, task: Task, robot: FiveBar | Biglide) -> tuple[Limit, ...]:

@@ -62,7 +62,7 @@ def design(
     ----------
     goals : str, callable, list or mapping
         A figure of merit by name or as a function of a robot, a list of up to three, or {figure:
-        "min" or "max"}. A name knows its own sense; a function is to be large.
+        "min", "max" or None}. A name knows its own sense; a function is to be large.
     bounds : mapping
         {parameter: (low, high)}, a number where it is fixed. Parameters as in `sweep`: l1 and l2
         make the robot symmetric, task_y moves its table.

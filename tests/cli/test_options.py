@@ -26,7 +26,7 @@ CASES = [
         " --limit reach=0.3 --step-mm 5 --points 7 --seed 3 --effort 0.5 --disc 0.02",
         "optimal_design.optimum.design",
         {
-            0: {"bars": "min", "reach": "max"},
+            0: {"bars": None, "reach": "max"},
             1: {"l11": (0.08, 0.1), "l21": 0.09},
             "limits": {"bars": (None, 0.5), "reach": 0.3},
             "step": 5 * MM,
