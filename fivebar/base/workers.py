@@ -120,8 +120,13 @@ def worker_count(executor: Executor) -> int:
 
 
 @contextmanager
-def dask_executor(address: str) -> Iterator[Executor]:
-    """Connect to a Dask cluster, by "tcp://host:8786" or the scheduler's JSON file."""
+def dask_executor(address: str | None) -> Iterator[Executor | None]:
+    """Connect to a Dask cluster, by "tcp://host:8786" or the scheduler's JSON file; None: to
+    none.
+    """
+    if not address:
+        yield None
+        return
     try:
         from dask.distributed import Client
     except ImportError:

@@ -49,7 +49,8 @@ COMMANDS = {
     "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),
 }
 ERRNO = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
-ARGUMENT = re.compile(r"\w+(?= must |: |\[)")  # at the start of an error: what it is about
+# At the start of an error, perhaps after its class: the argument that it is about.
+ARGUMENT = re.compile(r"(?:[\w ]+: )?(\w+)(?= must )|(\w+)(?=: |\[)")
 KEYWORD = re.compile(r"\b(\w+)=(?:\.\.\.|radius)")  # in an error: what is to be given
 INTERRUPTED = 128 + signal.SIGINT  # as a shell names the end by Ctrl-C
 NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?( *[a-zµ°].*)?$", re.IGNORECASE)
@@ -99,9 +100,10 @@ def _run(words):
 def _by_option(error, arguments):
     """Return the error of a used option where it names an argument of Python; else the error."""
     text = KEYWORD.sub(r"--\1", str(error))
-    found = ARGUMENT.match(text)
-    if found and vars(arguments).get(found[0]) not in (None, []):
-        text = "--" + found[0].replace("_", "-") + text[found.end() :]
+    if found := ARGUMENT.match(text):
+        name = found[1] or found[2]
+        if vars(arguments).get(name) not in (None, []):
+            text = "--" + name.replace("_", "-") + text[found.end() :]
     return error if text == str(error) else UsageError(text)
 
 

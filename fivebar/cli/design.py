@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import nullcontext
-
 from ..base.errors import UsageError
 from ..base.representation import aligned
-from .options import JSON, add_command, named_values, print_json, used_options, write_files
+from .options import (
+    JSON,
+    add_command,
+    named_values,
+    print_json,
+    print_message,
+    used_options,
+    write_files,
+)
 from .robot_options import add_robot_options, chosen_machine
 from .task_options import TASK, chosen_task, figure_list, figure_of
 
@@ -50,7 +55,7 @@ def _design(arguments):
     limits = {figure_of(name): value for name, value in limits.items()}
     step = None if arguments.step_mm is None else arguments.step_mm / 1000
     try:
-        with dask_executor(arguments.dask) if arguments.dask else nullcontext() as executor:
+        with dask_executor(arguments.dask) as executor:
             result = design(
                 goals,
                 bounds,
@@ -77,8 +82,8 @@ def _show(arguments, result):
         write_files(arguments.out, names | {"robot.png": result.plot})
     if arguments.plot:
         result.plot(arguments.plot)
-    for path in filter(None, (arguments.out, arguments.plot)):
-        print(path, file=sys.stderr)
+    for path in used_options(arguments, "out", "plot").values():
+        print_message(path)
     if arguments.json:
         print_json([design.as_json() for design in designs])
     elif is_front:

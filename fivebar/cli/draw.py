@@ -4,7 +4,6 @@ and tables of it.
 
 from __future__ import annotations
 
-import sys
 import warnings
 from dataclasses import replace
 from functools import partial
@@ -25,6 +24,7 @@ from .options import (
     point_words,
     print_files,
     print_json,
+    print_message,
     print_notes,
     print_table,
     usage_errors,
@@ -188,8 +188,7 @@ def _simulated(arguments, machine, motion, drives, resolution):
     from ..simulation.simulate import simulate
 
     robot = machine.robot
-    with usage_errors(ValueError):
-        measurement = Measurement(arguments.delay, resolution)
+    measurement = Measurement(arguments.delay, resolution)
     assembly = int(igm(robot, motion(0.0)[0], motion.working).assembly)
     peak = peak_acceleration(motion, 0.0, motion.duration)
     period = period_for(robot, peak) if arguments.period is None else arguments.period
@@ -234,11 +233,10 @@ def _say_leaps(machine, motion, run, off, size):
         leaps.append((f"{words.effort} is up to {effort:.3g} {words.effort_unit}", efforts, ratio))
     for what, values, ratio in leaps:
         place = _place(machine, run.drawn_ref[values.argmax()])
-        print(
+        print_message(
             f"fivebar: the simulated {what}, at {place}, {ratio}: the robot is near a singularity"
             " there or too fast for its tracker: give a larger --margin or --reserve, another"
-            " place, a longer --duration or a shorter --period",
-            file=sys.stderr,
+            " place, a longer --duration or a shorter --period"
         )
 
 
@@ -319,7 +317,7 @@ def _timed(arguments, machine, path, working):
         words = f"slow: {slowness(motion)}"
         if not (arguments.accept_slow or known.jerk):  # the bound leaves the jerk out
             raise ValueError(f"{words}. Nothing is written without --accept-slow")
-        print(f"fivebar: {words}", file=sys.stderr)
+        print_message(f"fivebar: {words}")
     return motion, drives
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..base.checks import number, optional
 from ..base.errors import UsageError
 from .grade_folder import grade_folders, hand_out, isolation
-from .options import add_command, usage_errors
+from .options import add_command, print_message, usage_errors
 
 SECRET = "FIVEBAR_SECRET"
 LAB = "lab1 (or 1), or its full name"
@@ -126,7 +126,7 @@ def _grade(arguments):
 
     report = _graded(arguments, lab, how)
     for line in (isolation(isolate), *report.warnings):
-        print(line, file=sys.stderr)
+        print_message(line)
     # A lab with a fault ends here, before files of points are written.
     _show(arguments, report)
     if arguments.gradescope:
@@ -159,7 +159,6 @@ def _graded(arguments, lab, how, home=False):
 
     how: what gives, for a lab, the rest of a Job.
     """
-    from ..base.representation import printable
     from ..grading.grade import grade
     from ..grading.intake.hand_in import ProgramFile, beside, choose, listed, look_into, named_for
     from ..grading.intake.program import Job
@@ -181,18 +180,18 @@ def _graded(arguments, lab, how, home=False):
             versions[each] = choose(each, programs, arguments.file)
         except SubmissionError as error:
             if len(labs) > 1:  # the others have theirs
-                print(f"{each.name}: {error}", file=sys.stderr)
+                print_message(f"{each.name}: {error}")
                 troubles[each] = str(error)
                 continue
             raise UsageError(f"{path}: {error}{listed(left)}") from None
     graded = [program for chosen in versions.values() for program in chosen]
     for program in graded:
         if program.path != path:
-            print(f"graded: {printable(str(program))}", file=sys.stderr)
+            print_message(f"graded: {program}")
     ignored = [f"{item.name}: {item.word}" for item in left if item.word != "hidden"]
     ignored += [str(other) for other in programs if other not in graded]
     for words in ignored:
-        print(f"not graded: {printable(words)}", file=sys.stderr)
+        print_message(f"not graded: {words}")
     if home and path in [program.path for program in programs if not program.member]:
         programs = [ProgramFile(p, "", p.name) for p in sorted(path.parent.glob("*.py"))]
     best = []
@@ -264,11 +263,8 @@ def _write(path, text):
 
 
 def _must_reach(arguments, reports):
-    if arguments.fail_under is None:
-        return
-    low = [report for report in reports if report.percent < arguments.fail_under]
+    least = arguments.fail_under or 0.0
+    low = [report for report in reports if report.percent < least]
     if low:
         names = ", ".join(report.student or report.submission for report in low[:5])
-        raise RuntimeError(
-            f"{len(low)} of {len(reports)} below {arguments.fail_under:g} %: {names}"
-        )
+        raise RuntimeError(f"{len(low)} of {len(reports)} below {least:g} %: {names}")

@@ -1,10 +1,9 @@
 """`fivebar grade` for folders of submissions, and what is handed out before."""
 
-import sys
-
+from ..base.checks import positive
 from ..base.errors import UsageError
 from ..base.tables import whole_text
-from .options import print_json, usage_errors
+from .options import print_json, print_message, usage_errors
 
 
 def isolation(isolate):
@@ -42,7 +41,7 @@ def grade_folders(arguments, lab, secret, seed, limit, hints_from):
             " a folder, per student"
         )
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
-    print(isolation(isolate), file=sys.stderr)
+    print_message(isolation(isolate))
     with locked_folder(out, "grading", ("students",)):
         offer_settings(out, course.lab)
         how = seed, secret, isolate, limit, hints_from, settings.packages
@@ -74,8 +73,7 @@ def _check_folders(arguments):
         raise UsageError(
             "--student, --html and --csv are for one submission; a folder's files go to --out"
         )
-    if arguments.jobs < 1:
-        raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
+    positive(arguments.jobs, "jobs")
     for folder in arguments.submission:
         if not folder.is_dir():
             raise UsageError(f"{folder} is no folder: several attempts are several folders")
@@ -87,35 +85,31 @@ def _check_folders(arguments):
 
 
 def _print_course(course, filled):
-    from ..base.representation import printable
-
     def tell(words, names):
         if names:
-            print(f"{words} {printable(', '.join(names))}", file=sys.stderr)
+            print_message(f"{words} {', '.join(names)}")
 
     for graded in course.graded:
         for students, same in graded.equal:
-            tell(f"{graded.name}: equal programs ({printable(same)}):", students)
+            tell(f"{graded.name}: equal programs ({same}):", students)
     for state, names in course.without_mark().items():
         tell(f"marks.csv: no mark yet ({state}):", names)
     if filled:
         rest = f"rows without a hand-in: {filled.no_hand_in}"
-        print(f"gradebook.csv: marks: {filled.count}; {rest}", file=sys.stderr)
+        print_message(f"gradebook.csv: marks: {filled.count}; {rest}")
         tell("gradebook.csv: no row, or several, for", filled.no_row)
 
 
 def _print_ignored(ignored):
-    from ..base.representation import printable
-
     files: dict = {}
     for student, item in ignored:
         if not student:
-            print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)
+            print_message(f"not graded: {item.name}: {item.word}")
         elif item.word != "hidden":
             files.setdefault(student, []).append(f"{item.name} ({item.word})")
     for student, names in files.items():
-        listed = printable(", ".join(names[:6]) + (", ..." if len(names) > 6 else ""))
-        print(f"{printable(student)}: also there, not graded: {listed}", file=sys.stderr)
+        listed = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
+        print_message(f"{student}: also there, not graded: {listed}")
 
 
 def hand_out(arguments, lab, secret):

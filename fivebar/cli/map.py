@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -21,12 +20,19 @@ from .options import (
     point_words,
     print_files,
     print_json,
+    print_message,
     print_notes,
     size_words,
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine, machine_for, print_frames
+from .robot_options import (
+    add_robot_options,
+    chosen_limits,
+    chosen_machine,
+    machine_for,
+    print_frames,
+)
 
 OPTIONS = TABLE | {
     "--space task|joint": ("task", "what the map is over"),
@@ -139,7 +145,7 @@ def _map(arguments):
         return
     print_frames(arguments, machine, *used_options(arguments, "data", "page").values())
     if parts is None:
-        print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
+        print_message("aspects are not listed: those of a biglide are strips without ends")
     else:
         _print_regions("aspect", parts)
     if regions is not None:
@@ -166,19 +172,17 @@ def _largest_of(parts, what, measure):
 
 def _load(arguments, machine):
     """Return the Load that the motors are to hold, or None."""
-    from ..constraints.constraints import Constraints
     from ..constraints.load import Load
 
     if arguments.load is None:
         return None
-    torque = arguments.torque_limit or machine.constraints.torque
+    torque = replace(machine.constraints, **chosen_limits(arguments)).torque
     if torque is None:
         words = "give --torque-limit, or torque or motors in the constraints of the robot's file"
         raise UsageError(f"--load needs the motors' torque: {words}")
-    both = Constraints(torque=torque).torque
     of_tool = {} if machine.tool is None else {"jacobian": machine.tool.jacobian}
     force = complex(*arguments.load) * np.exp(-1j * machine.frame.turn)
-    return Load((force.real, force.imag), both, **of_tool)
+    return Load((force.real, force.imag), torque, **of_tool)
 
 
 def _feasible(machine, kept, load):
@@ -287,7 +291,7 @@ def _print_regions(name, regions):
         area = f"{1e6 * region.area:>12.4f}" + (f" ± {error:.2g}" if error else "")
         print(f"{region.number:>6}  {working:>7}  {assembly:>8}  {area}")
     if not regions:
-        print("no pose keeps these margins", file=sys.stderr)
+        print_message("no pose keeps these margins")
 
 
 def _checked(machine, path, working):

@@ -1,20 +1,18 @@
 """`fivebar run --mark`: controllers' tracking errors as points, for a script or for many."""
 
 import sys
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..base.errors import UsageError
-from .options import print_json, write_options
+from .options import print_json, print_message, write_options
 
 LIMIT = 60.0  # s of wall time for one script
 MOST_SCRIPTS = 3  # of a hand-in that are tried
 COLUMNS = ("student", "file", "points", "of", "largest error (mm)", "trouble")
 
 
-@dataclass(frozen=True)
-class Tried:
+class Tried(NamedTuple):
     """One script's tracking error, None where there is none: trouble says why; said: what the
     script printed.
     """
@@ -24,7 +22,7 @@ class Tried:
     tracking: dict | None
     trouble: str = ""
     said: str = ""
-    run: object = None
+    run: Any = None
 
     @property
     def points(self):
@@ -34,7 +32,6 @@ class Tried:
 def mark(arguments, rest):
     """Mark a script, or the hand-ins of a folder, and print what came of it."""
     from ..amoro.ros_free.tracking import words
-    from ..base.representation import printable
     from ..grading.worker.places import bwrap_trouble
 
     path = Path(arguments.script)
@@ -46,19 +43,19 @@ def mark(arguments, rest):
         if arguments.json:
             print_json({"tracking": tried.tracking, "trouble": tried.trouble})
         if tried.trouble:
-            print(f"fivebar run: {printable(tried.trouble)}", file=sys.stderr)
+            print_message(f"fivebar run: {tried.trouble}")
         if not tried.tracking:
             raise RuntimeError(f"--mark {arguments.mark}: no mark")
         if not arguments.json:
             print(words(tried.tracking))
-        run: Any = tried.run
+        run = tried.run
         writers = {"record": run.to_csv, "plot": run.plot, "animate": run.animate}
         for file in write_options(arguments, writers):
-            print(f"fivebar run: wrote {file}", file=sys.stderr)
+            print_message(f"fivebar run: wrote {file}")
         return
     found = [_best(hand_in, how) for hand_in in _hand_ins(path)]
     if arguments.json:
-        print_json([tried.__dict__ | {"run": None} for tried in found])
+        print_json([tried._asdict() | {"run": None} for tried in found])
         return
     _print_table(found)
 

@@ -15,6 +15,7 @@ from typing import Any
 from ..base import units
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
+from ..base.representation import printable
 from ..models.parameter_units import units_of
 
 # Names of values that are numbers: their table of units, and the unit of one without a unit.
@@ -102,7 +103,7 @@ def add_command(
 
 def type_of(value: str, option: str) -> Callable[[str], Any]:
     """Return what reads the text of a value with this name."""
-    if value == "N" or value == "-1|1":
+    if value in ("N", "-1|1"):
         return _whole_number
     if value in NUMBERS:
         return partial(_number, *NUMBERS[value])
@@ -216,10 +217,15 @@ def size_words(size: Iterable[float]) -> str:
     return f"{1e3 * width:.4g} x {1e3 * height:.4g} mm"
 
 
+def print_message(text: object) -> None:
+    """Write a line to stderr; names in it may be hostile."""
+    print(printable(str(text)), file=sys.stderr)
+
+
 def print_notes(file: object, notes: Iterable[str]) -> None:
     """Write to stderr what is to be said of a file."""
     for note in notes:
-        print(f"{file}: {note}", file=sys.stderr)
+        print_message(f"{file}: {note}")
 
 
 def print_table(rows: Iterable[tuple[str, str]]) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from ..base.errors import SingularityError, UsageError
-from .options import WORKING, add_command, print_table, usage_errors
+from .options import WORKING, add_command, print_message, print_table, usage_errors
 from .robot_options import add_robot_options, chosen_machine, in_robot_frame
 
 OPTIONS = {
@@ -37,7 +36,7 @@ def _play(arguments):
         pose = None if xi is None else igm(robot, xi, working)
         live = play(robot, pose, tool=machine.tool)
     if robot.fs1 or robot.fs2:
-        print("fivebar: dry friction (fs1, fs2) is left out on the page", file=sys.stderr)
+        print_message("fivebar: dry friction (fs1, fs2) is left out on the page")
     print_table(in_robot_frame(machine, "the page"))
     if machine.tool is not None:
         print_table([("loci of the page", "those of joint C, not of the tool")])
@@ -67,7 +66,7 @@ def _serve(live):
 
     with server(live) as served:
         print(f"http://127.0.0.1:{served.server_port}/", flush=True)
-        print("fivebar: serving the page until Ctrl C", file=sys.stderr)
+        print_message("fivebar: serving the page until Ctrl C")
         try:
             served.serve_forever()
         except KeyboardInterrupt:

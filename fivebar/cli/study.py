@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import csv
-import sys
 from functools import partial
 
-from .options import JSON, add_command, print_json, write_files
+from .options import JSON, add_command, print_json, print_message, write_files
 
 OPTIONS = JSON | {
     "--robots lab|vertical|haptic ...": "(default: all)",
@@ -41,7 +40,8 @@ def _ladder(arguments):
 
     if arguments.out:
         writers = {"ladder.csv": to_csv, "ladder.png": partial(saved, figure(rungs))}
-        print(*write_files(arguments.out, writers), sep="\n", file=sys.stderr)
+        for path in write_files(arguments.out, writers):
+            print_message(path)
     if arguments.json:
         print_json([dict(zip(header, row)) for row in rows])
         return

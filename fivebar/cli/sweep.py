@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import nullcontext
 from functools import partial
 
 from ..base.errors import UsageError
@@ -13,6 +11,7 @@ from .options import (
     add_command,
     named_values,
     print_json,
+    print_message,
     usage_errors,
     used_options,
     write_options,
@@ -62,12 +61,11 @@ def _sweep(arguments):
         raise UsageError("--mark is of --plot FILE")
     if arguments.dask and arguments.workers:
         raise UsageError("--workers are processes here; with --dask the cluster has its own")
-    cluster = dask_executor(arguments.dask) if arguments.dask else nullcontext()
     try:
         designs = _designs(arguments)
         first, _, sense = arguments.figure[0].partition("=")
         figures = [figure_of(name) for name in (first, *arguments.figure[1:])]
-        with usage_errors(ValueError, TypeError), cluster as executor:
+        with usage_errors(ValueError, TypeError), dask_executor(arguments.dask) as executor:
             swept = sweep(
                 figures,
                 designs,
@@ -113,7 +111,7 @@ def _show(arguments, swept, best):
     draw = partial(swept.plot, mark=named_values(arguments.mark, "--mark") or None)
     files = write_options(arguments, {"csv": swept.to_csv, "plot": draw})
     for path in [*files, *used_options(arguments, "out").values()]:
-        print(path, file=sys.stderr)
+        print_message(path)
     columns = [*swept.names, *swept.figures]
     names = "design", *columns
     rows = zip(best.tolist(), *(swept[name][best].tolist() for name in columns))
@@ -124,6 +122,6 @@ def _show(arguments, swept, best):
     lines = [names, *([f"{value:.6g}" for value in row] for row in rows)]
     print(*aligned(lines, 0), sep="\n")
     if not len(best):
-        print(f"no design has a {swept.figures[0]}", file=sys.stderr)
+        print_message(f"no design has a {swept.figures[0]}")
     for k, text in swept.errors[:3]:
-        print(f"design {k}: {text}", file=sys.stderr)
+        print_message(f"design {k}: {text}")

@@ -1048,7 +1048,7 @@ def test_marks_of_a_folder_are_told_as_json(here, ran, monkeypatch):
     tried = mark.Tried("anna", "control.py", {"points": 3.0}, "late", "hello", object())
     monkeypatch.setattr(mark, "_tried", lambda *words: tried)
     told = ran("run course --mark 1 --json").out
-    expected = vars(tried) | {"run": None}
+    expected = tried._asdict() | {"run": None}
     assert told == json.dumps([expected], indent=2) + "\n"
 
 

@@ -95,7 +95,10 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
         ),
         (["grade", "lab1"], "Name a file or a folder"),
         (["grade", "lab1", "."], "needs --out DIR"),
-        (["grade", "lab1", ".", "--out", "o", "--jobs", "0"], "--jobs must be at least 1"),
+        (
+            ["grade", "lab1", ".", "--out", "o", "--jobs", "0"],
+            "--jobs must be finite and > 0, not 0",
+        ),
         (["grade", "lab1", "empty", "--out", "o"], "holds no submissions"),
         (["grade", "lab1", "my.py", "--secret-file", "none"], "--secret-file"),
         (["grade", "lab1", "my.py", "--out", "o"], "--out is for a folder of submissions"),
