@@ -50,7 +50,7 @@ COMMANDS = {
 }
 ERRNO = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
 # At the start of an error, perhaps after its class: the argument that it is about.
-ARGUMENT = re.compile(r"(?:[\w ]+: )?(\w+)(?= must )|(\w+)(?=: |\[)")
+ARGUMENT = re.compile(r"(?:[\w ]+: (?=\w+ must ))?(\w+)(?= must |: |\[)")
 KEYWORD = re.compile(r"\b(\w+)=(?:\.\.\.|radius)")  # in an error: what is to be given
 INTERRUPTED = 128 + signal.SIGINT  # as a shell names the end by Ctrl-C
 NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?( *[a-zµ°].*)?$", re.IGNORECASE)
@@ -101,9 +101,10 @@ def _by_option(error, arguments):
     """Return the error of a used option where it names an argument of Python; else the error."""
     text = KEYWORD.sub(r"--\1", str(error))
     if found := ARGUMENT.match(text):
-        name = found[1] or found[2]
-        if vars(arguments).get(name) not in (None, []):
-            text = "--" + name.replace("_", "-") + text[found.end() :]
+        option = "--" + found[1].replace("_", "-")
+        is_used = vars(arguments).get(found[1]) not in (None, [])
+        if is_used and option in arguments.parser.format_usage():
+            text = option + text[found.end() :]
     return error if text == str(error) else UsageError(text)
 
 
@@ -164,7 +165,6 @@ def _parser(asked):
         for name, parser_of in commands.choices.items():
             words = COMMANDS[name][1]
             parser_of.description = parser_of.description or f"{words[0].upper()}{words[1:]}."
-            parser_of.set_defaults(parser=parser_of)
     else:
         for name, (_, words) in COMMANDS.items():
             commands.add_parser(name, help=words)

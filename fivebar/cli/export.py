@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from ..base.errors import SingularityError
-from .options import WORKING, add_options, usage_errors, used_options
+from .options import WORKING, add_command, usage_errors, used_options
 from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = {
@@ -25,13 +25,11 @@ OPTIONS = {
 
 def add_parsers(commands):
     """Add `export` to the program's commands."""
-    parser = commands.add_parser("export")
+    parser = add_command(commands, "export", _export, (OPTIONS,))
     formats = "mjcf", "urdf", "sdf", "c", "reprapfirmware", "ros2_control"
     words = "c is one header: models and a controller; reprapfirmware the lines M669 and M92"
     parser.add_argument("--format", "--to", choices=formats, required=True, help=words)
-    add_options(parser, OPTIONS)
     add_robot_options(parser)
-    parser.set_defaults(run=_export)
 
 
 def _export(arguments):

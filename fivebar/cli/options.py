@@ -97,7 +97,7 @@ def add_command(
     parser = commands.add_parser(name, **settings)
     for group in groups:
         add_options(parser, *group)
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, parser=parser)
     return parser
 
 
@@ -131,7 +131,7 @@ def _number(known, unit, text):
 def _file_to_read(option, text):
     path = Path(text)
     if not path.exists():
-        raise UsageError(f"{option}: no file {text!r}")
+        raise UsageError(f"no file {text!r} for {option}")
     return path
 
 

@@ -39,7 +39,7 @@ def add_parsers(commands):
     )
     run.add_argument("script", metavar="SCRIPT")
     run.add_argument("rest", nargs=argparse.REMAINDER, metavar="ARGS", help="of the script")
-    run.set_defaults(run=lambda arguments: _run(arguments, options))
+    run.set_defaults(run=lambda arguments: _run(arguments, options), parser=run)
 
 
 OPTIONS = {
