@@ -19,8 +19,14 @@ def add_parsers(commands):
     """Add `chart` to the program's commands."""
     lines = [f"  {name:16} {words}" for name, (_, words) in CHARTS.items()]
     text = "\n".join(["charts:", *lines])
-    as_it_is = RawDescriptionHelpFormatter
-    add_command(commands, "chart", _chart, (OPTIONS,), formatter_class=as_it_is, epilog=text)
+    add_command(
+        commands,
+        "chart",
+        _chart,
+        (OPTIONS,),
+        formatter_class=RawDescriptionHelpFormatter,
+        epilog=text,
+    )
 
 
 def _chart(arguments):

@@ -170,10 +170,9 @@ def _graded(arguments, lab, how, home=False):
     if not path.exists():
         raise UsageError(f"no file {str(path)!r}; to fill in: fivebar check {lab.name}")
     programs, left = look_into(path)
-    others = [other for other in lab.with_others()[1:] if named_for(other, programs)]
-    labs = [lab, *others]
-    if path.is_file() and len(programs) == 1 and programs[0].path == path:
-        labs = [lab]
+    labs = [lab]
+    if [program.path for program in programs] != [path]:
+        labs += [other for other in lab.with_others()[1:] if named_for(other, programs)]
     versions, troubles = {}, {}
     for each in labs:
         try:

@@ -80,9 +80,7 @@ def _run(build, arguments):
         files = write_options(arguments, writers | {"page": result.page})
         if not arguments.json:
             _print_ranges(result, ranges)
-    if arguments.live:
-        _live(linkage, branch, arguments.live)
-        files.append(arguments.live)
+    files += write_options(arguments, {"live": partial(_live, linkage, branch)})
     if arguments.json:
         print_json({"verdict": lines, "ranges": ranges, "files": files})
     else:

@@ -26,7 +26,8 @@ MOST_TIME = 10_000.0  # s: more than a GB of rows
 
 def add_parsers(commands):
     """Add `run` to the program's commands."""
-    options = _options()
+    options = argparse.ArgumentParser(prog="fivebar run", add_help=False, allow_abbrev=False)
+    add_options(options, OPTIONS)
     run = commands.add_parser(
         "run",
         parents=[options],
@@ -63,12 +64,6 @@ OPTIONS = {
     "--timeout S": (60.0, "wall time that the script may take without a step"),
     "--json": "the figures as JSON on stdout; what the script prints goes to stderr",
 }
-
-
-def _options():
-    options = argparse.ArgumentParser(prog="fivebar run", add_help=False, allow_abbrev=False)
-    add_options(options, OPTIONS)
-    return options
 
 
 def _run(arguments, options):

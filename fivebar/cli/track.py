@@ -35,7 +35,7 @@ from .robot_options import add_robot_options, chosen_machine, machine_for, peak_
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
-GAINS = {"ctc": (KP, KD), "pd": (0.4, 0.08), "mpc": None}
+LAWS = {"ctc": (ComputedTorque, (KP, KD)), "pd": (PD, (0.4, 0.08))}
 # N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home.
 BIGLIDE_PD = (250.0, 50.0)
 DEMO = {"--out DIR": (Path("fivebar-demo"), "folder for the files")}
@@ -146,8 +146,9 @@ def _controller(arguments, robot, reference, working, limits):
         assembly = int(igm(robot, reference(reference.start)[0], working).assembly)
     if arguments.controller == "mpc":
         return _mpc(arguments, robot, reference, working, assembly, limits)
-    kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
-    kp, kd = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
+    kind, (kp, kd) = LAWS[arguments.controller]
+    if kind is PD and not robot.turns:
+        kp, kd = BIGLIDE_PD
     gains = {"kp": kp, "kd": kd} | used_options(arguments, "kp", "kd")
     return kind(robot, **gains, working=working, assembly=assembly)
 
