@@ -138,6 +138,7 @@ def _draw(arguments):
     check = _checked(arguments, machine, path, working)
     proof = _proved(arguments, machine.robot, path, working) if check.singularity_free else None
     motion, drives = _timed(arguments, machine, path, working)
+    setpoints = _setpoints(arguments, machine, motion) if dialect is None else {}
     figures = {
         "strokes": len(strokes.runs(np.array(path.pen))),
         "drawn_m": sum(piece.length for piece, pen in zip(path.pieces, path.pen) if pen),
@@ -163,9 +164,7 @@ def _draw(arguments):
         drawn, files = _simulated(arguments, machine, motion, drives, resolution)
     figures |= drawn.figures
     picture = _picture(arguments, machine, motion, drawn, page)
-    writers = {"drawing.png": partial(saved, picture)}
-    if dialect is None:
-        writers |= _setpoints(arguments, machine, motion)
+    writers = {"drawing.png": partial(saved, picture), **setpoints}
     # That of an earlier drawing would be false.
     (arguments.out / "proof.json").unlink(missing_ok=True)
     files = [*write_files(arguments.out, writers), *files]
@@ -377,14 +376,13 @@ def _setpoints(arguments, machine, motion):
     table = setpoints(machine.robot, motion, arguments.rate, motion.working)
     counts = arguments.counts_per_turn if arguments.angles == "counts" else None
     writers = {"setpoints.csv": lambda path: table.to_csv(path, arguments.angles, machine, counts)}
-
-    def to_drives(path):
+    if arguments.drive is not None:
+        how = machine, arguments.zero_counts, arguments.wrap
         with usage_errors(ValueError):
             drive = float(arguments.drive) if arguments.drive[:1].isdigit() else arguments.drive
-            table.to_drives(path, drive, machine, arguments.zero_counts, arguments.wrap)
-
-    if arguments.drive is not None:
-        writers[f"drives.{'bin' if arguments.binary else 'csv'}"] = to_drives
+            table.for_drives(drive, *how)  # what it refuses is said before files are written
+        name = f"drives.{'bin' if arguments.binary else 'csv'}"
+        writers[name] = lambda path: table.to_drives(path, drive, *how)
     return writers
 
 

@@ -28,7 +28,7 @@ DESIGNS = {
     "--designs FILE": "a .csv or .npz file of columns by name",
 }
 OPTIONS = JSON | {
-    "[FIGURE ...]": "a name, or FILE.py:FUNCTION; =min or =max: the best designs are those",
+    "[FIGURE ...]": "a name, or FILE.py:FUNCTION; one with =min or =max: by which designs are best",
     "--list": "list the figures and their units",
     "--out DIR": "a folder of results; a second run goes on there",
     "--workers N": "processes (default: one per processor)",
@@ -63,8 +63,11 @@ def _sweep(arguments):
         raise UsageError("--workers are processes here; with --dask the cluster has its own")
     try:
         designs = _designs(arguments)
-        first, _, sense = arguments.figure[0].partition("=")
-        figures = [figure_of(name) for name in (first, *arguments.figure[1:])]
+        parts = [text.partition("=") for text in arguments.figure]
+        figures = [figure_of(name) for name, *_ in parts]
+        by, *others = [k for k, (_, sign, _) in enumerate(parts) if sign] or [0]
+        if others:
+            raise UsageError("=min or =max goes with one figure, by which designs are best")
         with usage_errors(ValueError, TypeError), dask_executor(arguments.dask) as executor:
             swept = sweep(
                 figures,
@@ -75,7 +78,8 @@ def _sweep(arguments):
                 workers=arguments.workers,
                 **choices,
             )
-            best = swept.best(count=arguments.best, sense=sense or None)
+            figure, sense = swept.figures[by], parts[by][2]
+            best = swept.best(figure, arguments.best, sense or None)
     except KeyboardInterrupt:
         if arguments.out is None:
             raise
@@ -83,6 +87,8 @@ def _sweep(arguments):
             f"interrupted: what was done is in {arguments.out}; the same command goes on there"
         ) from None
     _show(arguments, swept, best)
+    if not len(best):
+        print_message(f"no design has a {figure}")
 
 
 def _designs(arguments):
@@ -121,7 +127,5 @@ def _show(arguments, swept, best):
         return
     lines = [names, *([f"{value:.6g}" for value in row] for row in rows)]
     print(*aligned(lines, 0), sep="\n")
-    if not len(best):
-        print_message(f"no design has a {swept.figures[0]}")
     for k, text in swept.errors[:3]:
         print_message(f"design {k}: {text}")

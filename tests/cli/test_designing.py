@@ -131,6 +131,7 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
             "--workers are processes here",
         ),
         (["sweep", "bars", *GRID, "--motion", "none.csv"], "none.csv"),
+        (["sweep", "bars=min", "bars=max", *GRID], "=min or =max goes with one figure"),
         (["design"], "which goal"),
         (["design", "bars", "--bound", "l1"], "--bound must be NAME=VALUE or LOW:HIGH, not 'l1'"),
         (["design", "bars=least", *BOUNDS], "bars is to be"),
@@ -141,6 +142,16 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
 def test_wrong_usage(words, notes, capsys):
     error = ran(words, capsys, 2).err
     assert re.search(notes, error), error
+
+
+def test_the_best_by_any_of_the_figures_over_places_with_a_unit(capsys):
+    over = ["--grid", "task_y=100mm:120mm:3", "l1=80mm:0.12:3"]
+    words = ["sweep", "bars", "workspace_area=max", *over, "--json", "--best", 9]
+    best = json.loads(ran(words, capsys).out)["best"]
+    assert [row["l1"] for row in best] == pytest.approx([0.12] * 3 + [0.1] * 3 + [0.08] * 3)
+    assert [row["task_y"] for row in best[:3]] == pytest.approx([0.1, 0.11, 0.12])
+    areas = [row["workspace_area"] for row in best]
+    assert areas == sorted(areas, reverse=True)
 
 
 @pytest.mark.deep

@@ -485,6 +485,13 @@ def test_what_is_in_the_way_is_said_of_the_modes_that_come_nearest(tmp_path, cap
     assert "in working modes +1 -1: " in said and "is violated by 0.05 rad at" in said
 
 
+def test_nothing_is_written_where_a_drive_cannot_go_there(tmp_path, capsys):
+    words = ["draw", "--example", "--robot", "plotclock", "--fit", "--out", str(tmp_path / "out")]
+    assert main([*words, "--drive", "dynamixel"]) == 2
+    assert "give another zero (--zero-counts), or wrap=True (--wrap)" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("ratio", [(np.pi / 180, -np.pi / 180), (2 * np.pi / 4096,) * 2])
 def test_gcode_of_a_robot_whose_drives_read_degrees_or_counts(ratio, tmp_path, capsys):
     """The axes are what the drives read, as the replay in the robot's angles says."""
