@@ -12,6 +12,7 @@ from fivebar.estimation.calibration.photo import (
     _known_again,
     _line_through,
     _marks,
+    _paper,
     _sides,
     _straightened,
     crosses_in,
@@ -62,7 +63,7 @@ def test_an_edge_that_is_bowed_is_found_to_a_part_of_a_pixel(way):
     image[100:104, 120:140] = 0.5 - 0.5 * way
     image[88:90, 200:203] = 0.5 + 0.5 * way
     start, end = np.array([95.0, 10.0]), np.array([95.0, 290.0])
-    found = _edge(image, start, end, 0.5)
+    found = _edge(image, start, end)
     expected = 90.0 + 5.0 * ((found[:, 1] - 150) / 150) ** 2
     assert len(found) > 190
     assert np.abs(found[:, 0] - expected).max() < 0.3
@@ -198,6 +199,33 @@ def test_corners_of_a_sheet_are_found_to_a_part_of_a_pixel(corners):
     assert set(np.diff(nearest) % 4) in ({1}, {3})
     assert abs(lens.k1) < 0.01 and abs(lens.k2) < 0.01
     assert lens.middle.tolist() == [149.5, 199.5]
+
+
+LIGHTS = {
+    "a slope": lambda x, y: 1 - 0.5 * x,
+    "two slopes": lambda x, y: (1 + 0.4 * x) * (1 - 0.3 * y),
+    "vignetting": lambda x, y: (1 + 0.3 * (x**2 + y**2)) ** -2,
+    "a soft shadow": lambda x, y: 1 - 0.4 / (1 + np.exp(8 * (x + 0.5 * y))),
+}
+
+
+@pytest.mark.parametrize("light", LIGHTS)
+def test_a_sheet_and_its_marks_are_found_in_uneven_light(light):
+    """Where the paper is darker in one place than the ground is in another."""
+    corners = np.array([(40.0, 60.0), (60.0, 350.0), (250.0, 330.0), (240.0, 40.0)])
+    image = sheet_on_ground(corners, dark=0.4)
+    y, x = np.meshgrid(np.linspace(-1, 1, 300), np.linspace(-1, 1, 400), indexing="ij")
+    lit = image * LIGHTS[light](x, y)
+    assert np.mean(_paper(lit) == _paper(image)) > 0.99
+    found, _ = _corners(lit)
+    distances = np.linalg.norm(found[:, None] - corners, axis=2)
+    assert distances.min(axis=1).max() < 0.4
+    straight = np.full((600, 400), 0.9)
+    straight[100:130, 350:380] = straight[450:490, 40:80] = 0.2
+    y, x = np.meshgrid(np.linspace(-1, 1, 600), np.linspace(-1, 1, 400), indexing="ij")
+    middles, sides = _marks(straight * LIGHTS[light](x, y))
+    assert middles == pytest.approx(np.array([(115, 365), (470, 60)]) * 1e-4, abs=3e-5)
+    assert sides == pytest.approx([3e-3, 4e-3], abs=3e-4)
 
 
 def test_pictures_without_a_whole_sheet_are_refused():

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import binary_fill_holes, gaussian_filter, label, map_coordinates
+from scipy.ndimage import binary_fill_holes, gaussian_filter, label, map_coordinates, uniform_filter
 from scipy.optimize import least_squares, linear_sum_assignment
 
 from ...base.backend import finite_numbers, pairs
@@ -20,13 +20,17 @@ from .sheet import ARM, MARK, PAPERS, Sheet
 
 PIXEL = 1e-4  # m, of the sheet put straight
 LEAST = 0.05  # of the photograph, that the sheet fills
+CONTRAST = 1.1  # of the sheet's brightness to the ground's, at least
+COARSE = 200  # pixels along the shorter side are enough to see the sheet
 INK = 0.25  # of the paper's brightness, by which ink is darker
+AROUND = 5e-3  # m, side of the squares over which the paper's brightness is averaged
 MOST = 400  # marks on the sheet: as many are no drawing, but noise
 NEAR = 0.35  # of the distance between crosses, within which one is known again
 ROUNDS = 3
+LIGHTS = 8  # rounds of the light, from the paper that is known to the whole sheet
 BAND = 0.03  # of an edge's length, to either side, in which a bowed edge is searched
 CROOKED = 0.7  # pixels, by which edges may be off straight lines
-BENDINGS = 25  # steps to the point that a lens puts at a place
+BENDINGS = 5  # of Newton's steps to the point that a lens puts at a place
 CUT = 0.02  # of a side, by which a sheet may be cut wrong
 
 
@@ -78,22 +82,14 @@ def _corners(image):
     """Return the corners (4, 2) of the sheet, as row and column of a straight lens, in order along
     its edge; and the Lens.
     """
-    dark, bright = np.quantile(image, (0.02, 0.98))
-    level = (dark + bright) / 2
-    # The drawing's frame parts its inside from the border: so holes are filled.
-    parts, _ = label(binary_fill_holes(image > level))
-    sizes = np.bincount(parts.ravel())
-    sizes[0] = 0
-    contrast = bright - dark
-    if contrast < 0.1 * abs(bright) or sizes.max() < LEAST * image.size:
-        raise ValueError("photo: no sheet, bright on a darker ground, fills a part of it")
-    mask = parts == sizes.argmax()
+    step = max(1, min(image.shape) // COARSE)
+    mask = _paper(image[::step, ::step])
     inside = mask[1:-1, 1:-1]
     if inside.sum() < mask.sum():
         raise ValueError("photo: the sheet is cut off: all four corners must be on it")
-    rough = _rough_corners(np.argwhere(mask).astype(float))
+    rough = step * _rough_corners(np.argwhere(mask).astype(float))
     after = np.roll(rough, -1, axis=0)
-    edges = [_edge(image, start, end, level) for start, end in zip(rough, after)]
+    edges = [_edge(image, start, end) for start, end in zip(rough, after)]
     lens = Lens.of(edges, image.shape)
     lines = []
     for edge in edges:
@@ -104,6 +100,33 @@ def _corners(image):
     normals = pairs[..., :2]
     distances = pairs[..., 2:]
     return np.linalg.solve(normals, distances)[..., 0], lens
+
+
+def _paper(image):
+    """Return where the sheet is, bool.
+
+    The light may change over it: its logarithm is a polynomial of degree 2, which the paper tells,
+    all of one brightness. Halfway to the ground's brightness the sheet ends.
+    """
+    darkest = 1e-2 * abs(np.quantile(image, 0.98)) + 1e-300
+    even = brightness = np.log(np.maximum(image, darkest))
+    row, column = np.meshgrid(*(np.linspace(-1, 1, n) for n in image.shape), indexing="ij")
+    terms = np.stack([row**0, row, column, row**2, row * column, column**2], axis=-1)
+    level = np.quantile(even, (0.02, 0.98)).mean()
+    for _ in range(LIGHTS):
+        bright = even > level
+        # The drawing's frame parts its inside from the border: so holes are filled.
+        parts, _ = label(binary_fill_holes(bright))
+        sizes = np.bincount(parts.ravel())
+        sizes[0] = 0
+        sheet = parts == sizes.argmax()
+        paper = sheet & bright
+        light, *_ = np.linalg.lstsq(terms[paper], brightness[paper], rcond=None)
+        even = brightness - terms @ light
+        level = np.median(even[~bright]) / 2
+        if sizes.max() < LEAST * image.size or level > -np.log(CONTRAST) / 2:
+            raise ValueError("photo: no sheet, bright on a darker ground, fills a part of it")
+    return sheet
 
 
 def _rough_corners(points):
@@ -131,11 +154,12 @@ def _sides(paper, size):
     return sides
 
 
-def _edge(image, start, end, level):
+def _edge(image, start, end):
     """Return points (n, 2) of the edge from start to end, to a part of a pixel.
 
-    A lens bows an edge, so that it is searched in a wide band; a polynomial leaves out what is far
-    from the others.
+    There the brightness is halfway between the sheet's and the ground's beside it. A lens bows an
+    edge, so that it is searched in a wide band; a polynomial leaves out what is far from the
+    others.
     """
     along = end - start
     row, column = along
@@ -150,7 +174,9 @@ def _edge(image, start, end, level):
     if values[:, 0].mean() > values[:, -1].mean():  # from outside, where the ground is dark
         values = values[:, ::-1]
         offsets = offsets[::-1]
-    over = values > level
+    ends = len(offsets) // 8
+    level = (values[:, :ends].mean(axis=1) + values[:, -ends:].mean(axis=1)) / 2
+    over = values > level[:, None]
     change = over[:, 1:] & ~over[:, :-1]
     found = change.any(axis=1)
     first = change.argmax(axis=1)[found]
@@ -158,7 +184,7 @@ def _edge(image, start, end, level):
     profile = np.arange(len(first))
     before = profiles[profile, first]
     after = profiles[profile, first + 1]
-    part = (level - before) / (after - before)
+    part = (level[found] - before) / (after - before)
     step = offsets[1] - offsets[0]
     at = offsets[first] + part * step
     near = np.ones(len(at), dtype=bool)
@@ -215,10 +241,14 @@ class Lens(NamedTuple):
     def bent(self, points: np.ndarray) -> np.ndarray:
         """Return where on the photograph points (..., 2) of a straight lens are."""
         goal = points - self.middle
-        away = goal
+        square = np.sum(goal**2, axis=-1, keepdims=True) / self.radius**2
+        share = np.ones_like(square)  # of the straight distance, at which a point is bent to
         for _ in range(BENDINGS):
-            away = goal / self._factor(away)
-        return self.middle + away
+            r2 = square * share**2
+            factor = 1 + r2 * (self.k1 + r2 * self.k2)
+            slope = 1 + r2 * (3 * self.k1 + 5 * r2 * self.k2)
+            share -= (share * factor - 1) / slope
+        return self.middle + share * goal
 
 
 def _line_through(points):
@@ -249,8 +279,7 @@ def _straightened(image, corners, size, lens):
 
 def _marks(straight):
     """Return the middles (k, 2), m, of all marks, and the larger sides of their boxes, m."""
-    bright = np.quantile(straight, 0.9, axis=0)
-    paper = gaussian_filter(bright, 20)
+    paper = uniform_filter(straight, int(AROUND / PIXEL))
     ink = np.clip(1 - straight / paper, 0.0, None)
     border = int(2e-3 / PIXEL)
     inner = slice(border, -border)
