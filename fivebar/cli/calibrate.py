@@ -122,6 +122,11 @@ def _calibrate(arguments):
         _measure_photo(arguments, drawn, folder)
     elif arguments.photo is not None:
         raise UsageError("--photo is of a test drawing: give --from-drawing A4 or A5, too")
+    elif arguments.working is not None:
+        raise UsageError(
+            "--working is of a test drawing: give --from-drawing A4 or A5, too; the modes of"
+            " measured data are in columns working1, working2"
+        )
     if arguments.data is None:
         raise UsageError("calibrate needs a file of measured data, or --from-drawing A5")
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())

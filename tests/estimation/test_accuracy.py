@@ -124,6 +124,7 @@ def test_a_list_of_poses_to_fill_in(tmp_path):
             dict(margin=0.93, working=[(-1, -1)]),
             r"only 6 poses keep the margin 0.93 \(and are in the window\): a smaller margin\?",
         ),
+        (dict(margin=0.0), "margin must be finite and from 0.01 to 0.95, not 0.0"),
         (dict(working=[(1, 2)]), "working must be"),
         (dict(window=(1, 0, 0, 1)), "window must be"),
         (dict(criterion="A"), "criterion must be one of tip, D"),
@@ -194,6 +195,7 @@ def test_near_type_2_the_tip_gets_away_and_robots_do_not_close(tmp_path):
 @pytest.mark.parametrize(
     "change, error, words",
     [
+        (dict(tolerances={}), ValueError, "tolerances is empty"),
         (dict(tolerances={"l13": 1.0}), ValueError, "tolerances: no 'l13'"),
         (
             dict(tolerances={"l11": -1.0}),

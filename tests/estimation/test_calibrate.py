@@ -90,6 +90,28 @@ def test_distances_between_points_alone():
     assert "points x, y in a measuring frame would tell" in lost[0]
 
 
+@pytest.mark.parametrize(
+    "change, noted, words",
+    [
+        (dict(q=np.degrees), "working", "does not close in the modes noted. Are q1, q2 in degrees"),
+        (dict(q=np.degrees), "both", "a wrong reading, or q1, q2 in degrees .*deg\\)\\?$"),
+        (dict(q=np.negative), "working", "row 1, .* swapped, or of the wrong sign"),
+        (dict(distance=1e3), "working", "^row 6, row 12, row 13: both assembly modes have the"),
+        (dict(distance=1e3), "both", "x, y or distance in mm"),
+    ],
+)
+def test_mistakes_in_a_rulers_data_are_asked_about(change, noted, words):
+    where = fb.measurement_poses(LAB, 14, working=[(-1, -1)])
+    to = np.roll(np.arange(14), 5)
+    distance = np.hypot(*(where.xi - where.xi[to]).T) * change.get("distance", 1.0)
+    q = change.get("q", np.positive)(where.q)
+    data = dict(q1=q[:, 0], q2=q[:, 1], distance=distance, to=to + 1)
+    data |= dict(working1=where.working[:, 0], working2=where.working[:, 1])
+    data |= dict(assembly=where.assembly) if noted == "both" else {}
+    with pytest.raises(ValueError, match=words):
+        fb.calibrate(LAB, data, sigma=2e-4)
+
+
 def test_a_ruler_beside_a_frame_of_unknown_scale():
     """A camera knows no millimetres: points alone leave the scale open, one known distance tells it."""
     rng = np.random.default_rng(9)
@@ -235,6 +257,8 @@ def test_what_the_fit_says_of_itself():
     ) and "all unknowns are told apart" in str(found)
     assert fb.calibrate(LAB, data, GEOMETRY, sigma=1e-5).fits is False
     assert "THE MODEL DOES NOT FIT" in str(fb.calibrate(LAB, data, GEOMETRY, sigma=1e-5))
+    in_mm = str(fb.calibrate(LAB, data, GEOMETRY, sigma=0.1))
+    assert "THE MISSES ARE ONLY 0.0009 x sigma. Is sigma in m" in in_mm and "too few" not in in_mm
 
 
 @pytest.mark.deep

@@ -41,6 +41,7 @@ COLUMNS = {
     "x in mm": lambda data: data | dict(x=1e3 * data["x"]),
     "y in mm": lambda data: data | dict(y=1e3 * data["y"]),
     "x and y in mm": lambda data: data | dict(x=1e3 * data["x"], y=1e3 * data["y"]),
+    "x and y in m, not in mm": lambda data: data | dict(x=data["x"] / 1e3, y=data["y"] / 1e3),
     "x and y swapped": lambda data: data | dict(x=data["y"], y=data["x"]),
     "q1 and q2 in counts, 4096 a turn": lambda data: (
         data | dict(q1=COUNTS * data["q1"], q2=COUNTS * data["q2"])
@@ -107,6 +108,13 @@ def test_two_wrong_columns_are_both_named():
         ValueError, match="2 mistakes in data: column q2 in degrees.*; column y in mm"
     ):
         fb.calibrate(LAB, degrees(data, "q2") | dict(y=1e3 * data["y"]), FREE)
+
+
+def test_metres_read_as_millimetres_are_named_though_a_small_robot_fits_to_sigma():
+    _, data = data_of(1)
+    small = data | dict(x=data["x"] / 1e3, y=data["y"] / 1e3)
+    with pytest.raises(ValueError, match="column x and y in m, not in mm?"):
+        fb.calibrate(LAB, small, FREE, sigma=1e-4)
 
 
 def test_modes_that_are_noted_wrong():
@@ -270,6 +278,7 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
         (["--bounds", "l11=0.1"], 2, "--bounds['l11'] must be two finite numbers, not 0.1"),
         (["--robot", "biglide"], 2, "calibrate refuses a robot with kind ="),
         (["--units", "furlong"], 2, "--units: furlong: known are"),
+        (["--working", "1", "1"], 2, "--working is of a test drawing: give --from-drawing"),
     ],
 )
 def test_wrong_commands(tmp_path, capsys, words, code, message):

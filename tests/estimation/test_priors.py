@@ -69,6 +69,21 @@ def test_advised_priors_predict_better_on_ruler_data():
     assert np.mean([e[1] <= e[0] for e in errors]) > 0.85
 
 
+def test_no_priors_are_advised_about_what_these_rows_gave():
+    """A first calibration's robot is no drawing: its rows would count twice."""
+    rng = np.random.default_rng(1)
+    advised = []
+    for _ in range(8):
+        _, data = by_ruler(rng, 8, 4e-4)
+        options = {"sigma": 4e-4, "mistakes": "keep"}
+        first = fb.calibrate(LAB, data, NAMES, **options)
+        advised.append(first.advised_priors)
+        start = {name: first.values[name] for name in NAMES if name not in LENGTHS}
+        again = fb.calibrate(first.robot, data, NAMES, start=start, **options)
+        assert again.advised_priors == {} and "too few" not in str(again)
+    assert any(advised)
+
+
 def test_many_exact_points_bear_all_unknowns():
     rng = np.random.default_rng(2)
     for _ in range(20):

@@ -33,6 +33,7 @@ from .fit import (
     LOSSES,
     LeastSquares,
     assembly_modes,
+    possible_sides,
     residuals,
     robust_scatter,
     solve,
@@ -178,11 +179,7 @@ def calibrate(
     near[found_angles] = p[found_angles]
     task = replace(task, start=near)
     assembly, uncertain = assembly_modes(p, task.rows)
-    if lost := task.rows.named(assembly == 0):
-        raise ValueError(
-            f"{lost}: no mode is noted, and no measured point tells it: add columns"
-            " assembly, or working1 and working2"
-        )
+    _refuse_unknown_modes(task.rows, p, assembly == 0)
     scatter = 1.0 if absolute else robust_scatter(task, p, assembly)
     first = _reaching(weighted_by_loops(task, p, scatter), p, assembly)
     fitted, p, held = _fit(task, first, assembly, None if absolute else scatter)
@@ -321,6 +318,25 @@ def _prior(priors, unknown, size, absolute):
     return result
 
 
+def _refuse_unknown_modes(rows, p, lost):
+    """Refuse rows (n,) bool whose assembly mode nothing tells, and say why."""
+    none = lost & ~possible_sides(p, rows).any(axis=0)
+    if none.any():
+        raise ValueError(
+            f"{rows.named(none)}: at these angles the robot does not close in the modes noted. Are"
+            " q1, q2 in degrees (units=, --units deg), swapped, or of the wrong sign? Are the modes"
+            " right, and the offsets to begin with (start, on the command line --start)?"
+        )
+    if lost.any():
+        missing = (
+            "no mode is noted, and no measured point tells it: add columns assembly, or working1"
+            " and working2"
+        )
+        if rows.working[lost].all():
+            missing = "both assembly modes have the working modes noted: add a column assembly"
+        raise ValueError(f"{rows.named(lost)}: {missing}")
+
+
 def _refuse_far_misses(task, p, start, assembly):
     """Refuse a fit that is none: its misses are of another size than errors of measurement.
 
@@ -339,9 +355,10 @@ def _refuse_far_misses(task, p, start, assembly):
             )
         raise ValueError(
             f"no robot with these unknowns fits: the best one misses by {1e3 * missed:.3g} mm,"
-            f" {missed / size:.0%} of a bar. Are q1, q2 in degrees, x, y in mm (units=, --units"
-            " deg mm), or has one the wrong sign? Is all unknown that is not known (offsets, the"
-            " frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes this fit as it is"
+            f" {missed / size:.0%} of a bar. Are q1, q2 in degrees, x, y or distance in mm"
+            " (units=, --units deg mm), or has one the wrong sign? Is all unknown that is not known"
+            " (offsets, the frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes this fit"
+            " as it is"
         )
 
 
@@ -405,11 +422,11 @@ def _reaching(task, p, assembly):
         part = replace(task, rows=near, weight=task.weight[kept])
         p = solve(part, p, assembly[~out])[0]
     frame = ""
-    if not {"x0", "y0", "turn"} & set(task.names):
+    if len(task.rows.measured[0]) and not {"x0", "y0", "turn"} & set(task.names):
         frame = (
             " Or is the measuring frame another than the robot's: are x0, y0, turn unknown, too?"
         )
     raise ValueError(
         f"{task.rows.named(out)}: with these angles the robot that fits the other rows does"
-        f" not close: a wrong reading?{frame}"
+        f" not close: a wrong reading, or q1, q2 in degrees (units=, --units deg)?{frame}"
     )

@@ -136,21 +136,25 @@ def residuals(p: ndarray, rows: MeasuredRows, assembly: ndarray, derive: bool = 
     return predicted - rows.numbers, jacobian
 
 
+def possible_sides(p: ndarray, rows: MeasuredRows) -> ndarray:
+    """Return whether (2, n) the robot closes in assembly modes -1 and +1, in the working modes that
+    a row notes.
+    """
+    fits = []
+    for side in (-1, 1):
+        at = place(p, rows.q, np.full(len(rows), side))
+        as_noted = (rows.working == 0) | (-np.sign(at.sines) == rows.working)
+        fits.append(as_noted.all(axis=1) & np.isfinite(at.xi))
+    return np.array(fits)
+
+
 def noted_assembly(p: ndarray, rows: MeasuredRows) -> ndarray:
     """Return the assembly mode (n,) that a row notes, or that its working modes leave.
 
     It is 0 where both modes or none would do.
     """
-    fits = []
-    for side in (-1, 1):
-        assembly = np.full(len(rows), side)
-        at = place(p, rows.q, assembly)
-        working = -np.sign(at.sines)
-        as_noted = (rows.working == 0) | (working == rows.working)
-        fits.append(as_noted.all(axis=1) & np.isfinite(at.xi))
-    minus, plus = np.array(fits, dtype=int)
-    only = plus - minus
-    return np.where(rows.assembly, rows.assembly, only)
+    minus, plus = possible_sides(p, rows).astype(int)
+    return np.where(rows.assembly, rows.assembly, plus - minus)
 
 
 def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:

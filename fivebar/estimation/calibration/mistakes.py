@@ -32,6 +32,7 @@ from .starts import (
 
 DEG = np.pi / 180
 FALLS = 0.15  # to this share the errors fall where a mistake is found
+ANOTHER = 2.0  # mean bars: a misfit of lengths that are wrong by a factor, as of a unit
 MOST = 20  # changes that are looked at closely
 CHECKED = 4  # rows with a point: in fewer no mistake shows
 
@@ -65,6 +66,7 @@ POINTS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "x in mm": _points(1e-3, 1.0),
     "y in mm": _points(1.0, 1e-3),
     "x and y in mm": _points(1e-3, 1e-3),
+    "x and y in m, not in mm": _points(1e3, 1e3),
     "x and y swapped": _swapped_points,
     "x with the wrong sign": _points(-1.0, 1.0),
     "y, or q1 and q2, with the wrong sign": _points(1.0, -1.0),
@@ -103,8 +105,12 @@ def find_mistakes(task: LeastSquares) -> tuple[list[str], LeastSquares, ndarray]
 
 
 def _fits_as_measured(task, p):
-    """Return whether many numbers fit to sigma: then lengths far off are hardly told, not wrong."""
-    return task.left_over >= len(task.free) and median_error(task, p) < task.sigma
+    """Return whether many numbers fit to sigma: then lengths far off are hardly told, not wrong,
+    unless one is another many times over.
+    """
+    many = task.left_over >= len(task.free)
+    of_its_size = misfit(task, p) < ANOTHER * task.bar
+    return many and of_its_size and median_error(task, p) < task.sigma
 
 
 def _changed(task, changes):

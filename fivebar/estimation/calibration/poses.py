@@ -101,7 +101,7 @@ class MeasurementPoses(Plotted):
     n=whole(1, 1000),
     unknown=strings,
     criterion=one_of("tip", "D"),
-    margin=lambda value, name: number(value, name, 0.0, 0.95),
+    margin=lambda value, name: number(value, name, 0.01, 0.95),
 )
 def measurement_poses(
     robot: FiveBar,
@@ -131,7 +131,7 @@ def measurement_poses(
         "tip": the least worst error of the tip anywhere in the workspace after the calibration
         (G-optimal). "D": the least volume of the unknowns' confidence region.
     margin : float
-        Sine of both legs' Type 1 and of Type 2 that poses keep.
+        Sine of both legs' Type 1 and of Type 2 that poses keep, from 0.01 to 0.95.
     working : sequence of pairs, optional
         Working modes that can be reached, [(-1, -1), ...]; all by default.
     window : sequence of 4 floats, optional

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from .result import Calibration
 
 LESS = 'leave them out of the data, or count them less (loss="cauchy", --loss cauchy)'
+SMALL = 0.1  # of sigma: misses below it are of another sigma
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
 
 
@@ -82,9 +83,15 @@ def _fit(found):
             )
         return lines
     chance = f"chi2 = {found.chi2:.4g} for {found.dof} degrees of freedom, p = {found.p_value:.2g}"
-    if found.fits:
-        return [*lines, f"{chance}: the model fits to the sigma given"]
     times = np.sqrt(found.chi2 / found.dof)
+    if found.fits:
+        words = "the model fits to the sigma given"
+        if found.chi2 < SMALL**2 * (found.dof - 1):
+            words = (
+                f"THE MISSES ARE ONLY {times:.1g} x sigma. Is sigma in m (--sigma 0.02mm)? The"
+                " intervals below are as wide as sigma says"
+            )
+        return [*lines, f"{chance}: {words}"]
     return [
         *lines,
         f"{chance}: THE MODEL DOES NOT FIT: the misses are {times:.3g} x sigma. Wrong rows, a"

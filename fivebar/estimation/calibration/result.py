@@ -41,6 +41,7 @@ from .rows import MeasuredRows
 # Of lengths beforehand, in mean bars: no workshop's tolerance is below a thousandth.
 DEVIATIONS = np.geomspace(1e-3, 1.0, 61)
 EXACT = 1e-12  # of a mean bar: smaller misses are rounding
+CHANCE = 1e-3  # probability below which nothing is taken for chance
 KIND = "calibration of a five-bar"
 
 
@@ -336,7 +337,7 @@ class Calibration(Plotted):
     @property
     def fits(self) -> bool | None:
         """Whether p is above 0.001; None where sigma is not given."""
-        return None if self.p_value is None else self.p_value > 1e-3
+        return None if self.p_value is None else self.p_value > CHANCE
 
     @cached_property
     def leave_one_out(self) -> float:
@@ -348,8 +349,9 @@ class Calibration(Plotted):
     @cached_property
     def advised_priors(self) -> dict[str, float]:
         """{length: standard deviation about its start, m}: with these priors the robot is expected
-        to go more exactly where it should. {} where they count for less than one length, or where
-        rows are outlying.
+        to go more exactly where it should. {} where they count for less than one length, where
+        rows are outlying, or where the start is nearer to the fit than sigma lets any other start
+        be: then it is of these very rows, or sigma is too large.
 
         One deviation is taken for all unknown lengths, the most probable one given the data: with
         e the weighted errors at the start and s the singular values of their derivatives by the
@@ -377,8 +379,11 @@ class Calibration(Plotted):
         told_by = s > tolerance
         left = left[:, : len(s)][:, told_by]
         s = s[told_by]
+        squares = (left.T @ e) ** 2
+        if chdtrc(len(s), squares.sum()) > 1 - CHANCE:
+            return {}
         growth = (DEVIATIONS[:, None] * s) ** 2
-        misfit = (left.T @ e) ** 2 / (1 + growth) + np.log1p(growth)
+        misfit = squares / (1 + growth) + np.log1p(growth)
         best = int(misfit.sum(axis=1).argmin())
         told = float((growth[best] / (1 + growth[best])).sum())
         if told > len(s) - 1:

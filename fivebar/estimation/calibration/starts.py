@@ -79,8 +79,9 @@ def errors(task: LeastSquares, p: ndarray) -> ndarray:
 
 
 def median_error(task: LeastSquares, p: ndarray) -> float:
-    """Return the median of `errors`, m; inf for nan."""
-    return float(np.nan_to_num(np.median(errors(task, p)), nan=np.inf))
+    """Return the median of `errors`, m; inf for nan and without points."""
+    off = errors(task, p)
+    return float(np.nan_to_num(np.median(off), nan=np.inf)) if len(off) else np.inf
 
 
 def misfit(task: LeastSquares, p: ndarray) -> float:

@@ -174,8 +174,7 @@ def tip_error(
         raise TypeError(f"tolerances must be a mapping {{name: size}}, not {shown(tolerances)}")
     names = tuple(tolerances)
     known = [PLAYS.get(name, name) for name in names]
-    for name in dict.fromkeys(known):
-        known_names((name,), "tolerances")
+    known_names(tuple(dict.fromkeys(known)), "tolerances")
     plays = np.array([name in PLAYS for name in names])
     sizes = np.array(
         [not_negative(value, f"tolerances[{name!r}]") for name, value in tolerances.items()]
