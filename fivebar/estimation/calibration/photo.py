@@ -174,8 +174,7 @@ def _edge(image, start, end):
     if values[:, 0].mean() > values[:, -1].mean():  # from outside, where the ground is dark
         values = values[:, ::-1]
         offsets = offsets[::-1]
-    ends = len(offsets) // 8
-    level = (values[:, :ends].mean(axis=1) + values[:, -ends:].mean(axis=1)) / 2
+    level = np.quantile(values, (0.1, 0.9), axis=1).mean(axis=0)
     over = values > level[:, None]
     change = over[:, 1:] & ~over[:, :-1]
     found = change.any(axis=1)
