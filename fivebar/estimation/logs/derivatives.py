@@ -4,11 +4,12 @@ Least squares of a polynomial over 2 n + 1 rows is a symmetric filter: it shifts
 [Savitzky1964]_, [Schafer2011]_. The window is the longest that still gives position, rate and
 acceleration of a sine at the cut-off to 1e-3.
 
-The cut-off is where the motion sinks into its noise. With P(f) the spectrum of the second
-differences of q, and white noise of the encoders, the floor is the ratio of P to the spectrum of
-white noise at high frequencies. The motion ends at the highest frequency where P is more than 6
-times the floor, or at 4 times the frequency below which nearly all of its acceleration is: torques
-are products of few of its waves.
+The cut-off is where the motion sinks into its noise. P(f) is the spectrum of q, from that of its
+second differences. Its median at the highest frequencies is the floor of the encoders' noise. Slow
+motions make counts that stay for many rows, whose noise falls by 4 from octave to octave, where
+motions fall by 64: the floor rises towards low frequencies as long as P rises so little. The motion
+ends at the highest frequency where P is more than 20 times the floor, or at 4 times the frequency
+below which nearly all of its acceleration is: torques are products of few of its waves.
 
 .. [Savitzky1964] A. Savitzky, M. Golay, Smoothing and differentiation of data by simplified least
    squares procedures, 1964.
@@ -29,6 +30,8 @@ DEGREE = 6
 FIDELITY = 1e-3  # largest relative error of a sine's derivatives at the cut-off
 MOST = 500  # rows on either side
 HIGHEST = 1 / 12  # of the sampling rate: the highest cut-off
+CLEAR = 20.0  # times the noise's median: none of 1e6 bins of one period, again and again, is there
+RISE = 10.0  # of a spectrum from octave to octave: below, it is noise
 
 
 @dataclass(frozen=True)
@@ -60,22 +63,38 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
             weight += len(piece)
     if not weight:
         return Spectrum(HIGHEST * rate, (0.0, 0.0), 0.0)
-    power = power / weight
-    white = (2 * np.sin(np.pi * f * step)) ** 4  # white noise, differenced twice
-    high = f > 0.3 * rate
-    floor = np.median(power[high] / white[high, None], axis=0)
-    clear = power > 6.0 * floor * white[:, None]
-    clear[(f <= 0) | (f >= 0.3 * rate)] = False
+    f = f[1:]
+    power = power[1:] / weight
+    position = power / (2 * np.sin(np.pi * f * step))[:, None] ** 4  # q is differenced twice
+    edge = 0.3 * rate
+    level = np.median(position[f > edge], axis=0)
+    floor = np.tile(level, (len(f), 1))
+    while (octave := (f > edge / 2) & (f <= edge)).sum() > 2:
+        median = np.median(position[octave], axis=0)
+        level = np.where((median > 2 * level) & (median < RISE * level), median, level)
+        floor[f <= edge] = level
+        edge /= 2
+    clear = (position > CLEAR * floor) & (f < 0.3 * rate)[:, None]
     clear[1:-1] &= clear[:-2] | clear[2:]  # one alone may be chance
+    # From where what is clear is not larger than the rounding to counts, it may be rounding.
+    swing = np.cumsum((position * clear)[::-1], axis=0)[::-1] * f[0]
+    clear &= swing > _count(pieces) ** 2 / 12
     highest = np.max(f[:, None] * clear)
     signal = np.where(clear, power, 0.0)
     total = np.maximum(signal.sum(axis=0), np.finfo(float).tiny)
     fast = signal[f > HIGHEST * rate].sum(axis=0) / total
     share = np.cumsum(signal, axis=0) / total
     nearly_all = max(f[np.argmax(column >= 1 - 1e-4)] for column in share.T)
-    cutoff = np.clip(min(1.2 * highest, 4.0 * nearly_all), 4 * f[1], HIGHEST * rate)
-    noise = np.sqrt(floor * rate / 2)
+    cutoff = np.clip(min(1.2 * highest, 4.0 * nearly_all), 4 * f[0], HIGHEST * rate)
+    noise = np.sqrt(floor[min(np.searchsorted(f, 4 * highest), len(f) - 1)] * rate / 2)
     return Spectrum(float(cutoff), (float(noise[0]), float(noise[1])), float(fast.max()))
+
+
+def _count(pieces):
+    """Return the least change (2,) of a motion that sometimes has none: it is rounded to counts."""
+    changes = np.abs(np.concatenate([np.diff(piece, axis=0) for piece in pieces]))
+    least = np.where(changes > 0, changes, np.inf).min(axis=0)
+    return np.where((changes == 0).any(axis=0), least, 0.0)
 
 
 @lru_cache(maxsize=32)
