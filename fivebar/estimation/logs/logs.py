@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy import ndarray
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter
 
 from ...base.checks import number, two_numbers
 from ...base.columns import Columns, read, refuse_unclear_times
@@ -277,12 +278,13 @@ def _clean(table: Columns, pairs, robot):
         raise ValueError(
             f"{table.name} has {len(rows)} rows with a time and both joints: a motion needs more"
         )
+    steps = np.diff(t[rows])
+    if not (steps > 0).any():
+        raise ValueError(f"{table.name}: its times never increase")
+    step = float(np.median(steps[steps > 0]))
+    rows = _leave_out_wrong(table, rows, pairs["q"], (steps < 0) | (steps > LATE * step), notes)
     t = t[rows].copy()
     pairs = {name: None if pair is None else pair[rows] for name, pair in pairs.items()}
-    forward = np.diff(t)[np.diff(t) > 0]
-    if not len(forward):
-        raise ValueError(f"{table.name}: its times never increase")
-    step = float(np.median(forward))
     late = np.abs(t) > 2.0**53 * step  # no digit is left for a step
     if late.any():
         k = int(np.argmax(late))
@@ -336,11 +338,40 @@ def _check_rates(t, pairs, robot, notes):
                 )
 
 
+def off_their_neighbours(q: ndarray) -> ndarray:
+    """Return where (n,) up to 3 rows of positions (n, 2) are off those on both sides.
+
+    Their distance from the median of 7 rows is at most twice the largest second difference of a
+    motion that is sampled well. The largest of these differences are left aside: a wrong row makes
+    up to 6. None are off where more than 1 % would be.
+    """
+    aside = 18 + len(q) // 200
+    if len(q) < 5 * aside:
+        return np.zeros(len(q), dtype=bool)
+    limit = 5.0 * np.sort(np.abs(np.diff(q, 2, axis=0)), axis=0)[-aside]
+    expected = median_filter(q, (7, 1), mode="nearest")
+    off = (np.abs(q - expected) > limit).any(axis=1)
+    rows = np.arange(len(q))  # a wrong row moves the medians of those about it, too
+    for k in (0, 1):
+        expected[:, k] = np.interp(rows, rows[~off], q[~off, k])
+    off &= (np.abs(q - expected) > limit).any(axis=1)
+    return off & (off.mean() <= 0.01)
+
+
 def _leave_out(table, rows, out, what, notes):
     if out.any():
         first = table.where(rows[np.argmax(out)])
         notes.append(f"{out.sum()} {what} were left out, the first {first}")
     return rows[~out]
+
+
+def _leave_out_wrong(table, rows, q, is_cut, notes):
+    """Leave out rows with positions off their neighbours, between the cuts after rows."""
+    stretches = np.split(rows, np.flatnonzero(is_cut) + 1)
+    off = np.concatenate([off_their_neighbours(np.unwrap(q[part], axis=0)) for part in stretches])
+    left, right = q[rows[np.argmax(off)]]
+    what = f"rows with positions far off their neighbours (first {left:.4g} and {right:.4g})"
+    return _leave_out(table, rows, off, what, notes)
 
 
 def _in_order(table, rows, t, notes):
