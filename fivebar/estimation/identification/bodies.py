@@ -22,6 +22,8 @@ from numpy import ndarray
 
 from ...models.compiled import minimized
 
+LEAST = 1e-7  # of all that is bounded, in its own unit: Ipopt moves bounds by 1e-8
+
 
 def consistent(robot: Any, names: list[str], theta: ndarray, cov: ndarray) -> ndarray:
     """Return the parameters (p,) nearest to theta, by its covariance, that bodies can have."""
@@ -39,8 +41,9 @@ def consistent(robot: Any, names: list[str], theta: ndarray, cov: ndarray) -> nd
     for k, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
         inertia = robot.words.inertias[k]
         size = own.get(inertia, getattr(robot, inertia))
+        inertia_of_mass = mass * drive.length**2
         if not heavy:
-            bounds.append(size)
+            bounds.append(size / inertia_of_mass)
             continue
         zz, my = (own.get(robot.turning_names[k + place], 0.0) for place in (0, 2))
         shares = casadi.SX.sym(f"b{k}", 2)  # m2, m2 x / l, in units of the end-effector's mass
@@ -52,15 +55,15 @@ def consistent(robot: Any, names: list[str], theta: ndarray, cov: ndarray) -> nd
             (about * m2 - (at_end * bar) ** 2 - my * my) / (mass * mass * bar * bar),
             shares[0],
             about / (mass * bar * bar),
-            (size - (m2 - at_end) * drive.length**2) / (mass * drive.length**2),
+            (size - (m2 - at_end) * drive.length**2) / inertia_of_mass,
         ]
         payload = payload - at_end
     bounds.append(payload / mass)
     bounds += [p[k] for k, name in enumerate(names) if name[0] == "f"]
     problem = {"x": casadi.vertcat(p, *extra), "f": objective, "g": casadi.vertcat(*bounds)}
     start = np.concatenate([np.maximum(theta / scale, 0.1), np.tile([0.2, 0.1], len(extra))])
-    options = {"ipopt.tol": 1e-10}
-    found, stats = minimized("bodies", problem, options, x0=start, lbg=1e-9, ubg=np.inf)
+    options = {"ipopt.tol": 1e-8}
+    found, stats = minimized("bodies", problem, options, x0=start, lbg=LEAST, ubg=np.inf)
     if not stats["success"]:
         raise ArithmeticError(
             f"no bodies with these parameters were found: {stats['return_status']}"

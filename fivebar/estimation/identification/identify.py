@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import expit
 from scipy.stats import chi2
 
 from ...base.checks import flag, modes, optional, positive, strings
@@ -20,7 +21,7 @@ from .regression import fit, left_out_cost, price, smallest, spread
 from .regressor import ladder, linear_names
 from .result import Identification, Validation
 from .samples import log_of, samples
-from .suspicions import POOR, beyond_the_model, explain
+from .suspicions import POOR, beyond_the_model, explain, lateness
 
 BIASED = 0.1  # standard deviations by which noise of the encoders may bend a value
 HEAVIEST = 100.0  # kg, of a robot on a desk; of an inertia over a bar squared
@@ -28,6 +29,7 @@ POWERS = {"zz": 2, "mx": 1, "my": 1}  # of a bar
 DOUBTFUL = (
     2.0  # kg, beyond which torques of a file that names no unit may be in N cm, kg cm or mN m
 )
+SIGNIFICANT = 3.0  # log of odds: from there on, torques are taken as held
 SURE = 4.0  # standard deviations below 0: no mass and no friction can be there
 
 
@@ -134,20 +136,27 @@ def identify(
         rows = lower
         told, also_unseen, full = fitted(rows)
     notes = []
+    alternatives = ()
     holds_better = False
     lowest = min(each.cutoff for each in found)
     if full.misfit < POOR and not all(held for _, held in logs):
-        # A drive that holds its commands logs torques of whole samples, not of instants. Which it
-        # is shows where the encoders' noise bends nothing: there, half a sample is not hidden.
+        # A drive that holds its commands logs torques of whole samples, not of instants: half a
+        # sample early. Which it is shows where the encoders' noise bends nothing.
         held_logs = [(own, True) for own, _ in logs]
         held_found, held_rows = sampled(lowest, held_logs)
-        better = fit(held_rows, told)
-        count = rows.counts.sum(axis=0)
-        if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
+        whole = known.copy()
+        whole[told] = full.theta
+        longest = _longest(found)
+        half = longest.step / 2
+        late, sd, *_ = lateness(longest, told, whole)
+        evidence = (late**2 - (late + half) ** 2) / (2 * sd**2)
+        surely_held = evidence > SIGNIFICANT
+        alternatives = (rows, held_rows, expit(-evidence if surely_held else evidence))
+        if surely_held:
             logs = held_logs
             found = held_found
             rows = held_rows
-            full = better
+            full = fit(rows, told)
             holds_better = True
             notes = ["each torque is taken as held to the next row, which fits the motion better"]
     if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
@@ -172,14 +181,18 @@ def identify(
     if consistent:
         theta = nearest_bodies(robot, labels, theta, last.cov)
     values = dict(zip(labels, theta.tolist()))
-    result = _robot(robot, sought, values)
+    full_sd = dict(zip([names[column] for column in told], np.sqrt(np.diag(full.cov))))
+    result = _robot(robot, sought, values, full_sd)
     cov = spread(full, [told.index(column) for column in chosen], last) if out else last.cov
+    if alternatives:  # what is between torques held and not counts as far as neither is sure
+        at_times, held_rows, doubt = alternatives
+        apart = fit(held_rows, chosen).theta - fit(at_times, chosen).theta
+        cov = cov + doubt * np.outer(apart, apart)
     sd = np.sqrt(np.diag(cov))
     whole = known.copy()
     whole[chosen] = theta
-    longest = max(found, key=lambda each: len(each.pieces[0][0]))
     notes += [sentence for each in found for sentence in each.notes]
-    notes += beyond_the_model(result, longest, chosen, whole, last)
+    notes += beyond_the_model(result, _longest(found), chosen, whole, last)
     by_known = rows.W @ known
     identified = Identification(
         robot=result,
@@ -243,6 +256,10 @@ def _joined(found, known):
         joined[name] = np.concatenate([getattr(part, name) for part in parts])
     joined["tau"] = joined["tau"] - joined["W"] @ known
     return RegressionRows(**joined, breaks=tuple(breaks), gain=parts[0].gain)
+
+
+def _longest(found):
+    return max(found, key=lambda each: len(each.pieces[0][0]))
 
 
 def _refuse_few(rows, found, least):
@@ -318,13 +335,24 @@ def _why_left_out(name, full, k):
     return f"{value:.3g} ± {sd:.2g} beside all others, not told from 0: {least}"
 
 
-def _robot(robot, sought, values):
+def _robot(robot, sought, values, full_sd):
     try:
         return replace(robot, **(dict.fromkeys(sought, 0.0) | values))
     except ValueError as error:
+        unsure = [
+            f"{name} = {value:.3g} ± {full_sd[name]:.2g}"
+            for name, value in values.items()
+            if name in ladder(robot)["masses"] and -SURE * full_sd[name] < value < 0
+        ]
+        if unsure:
+            raise ValueError(
+                f"this log does not tell {', '.join(unsure)} from what no robot has, less than 0:"
+                " log longer or faster motions, name only what the robot has as unknown, or hold to"
+                " what bodies can have by consistent=True"
+            ) from None
         raise ValueError(
             f"the log asks for parameters that no robot has ({error}): its torques, modes or"
-            " lengths are not this robot's; or consistent=True holds to what bodies can have"
+            " lengths are not this robot's"
         ) from None
 
 

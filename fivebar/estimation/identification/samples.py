@@ -24,6 +24,7 @@ from .regressor import linear_names, regressor
 SINGULAR = 0.1  # |det A| below which errors of the joints become torques
 CREEPING = 0.03  # of a motor's rms rate: below, dry friction is not known
 STILL = 2.0  # times its encoder's noise: a motor that moves by less stands still
+FEWEST = 100  # rows of the regression, without which masses and friction are not told apart
 BRIDGED = 3  # rows that may be missing within a stretch
 
 
@@ -33,7 +34,7 @@ class Samples:
 
     pieces: (t (n,), W (n, 2, p), tau (n, 2), counts (n, 2): a motor's sample is used); motion:
     their (q, q', q''); changes: of each W, by noise of the encoders drawn anew; step s; cutoff Hz;
-    notes on the log; assembly: the mode.
+    notes on the log; assembly: the mode; held: each torque is the mean of two rows.
     """
 
     robot: Robot
@@ -44,6 +45,7 @@ class Samples:
     cutoff: float
     notes: tuple[str, ...]
     assembly: int
+    held: bool = False
 
     @cached_property
     def rows(self) -> RegressionRows:
@@ -99,11 +101,13 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     if found.fast > 0.02:
         raise ValueError(
             f"{100 * found.fast:.0f} % of the acceleration is at frequencies above"
-            f" {HIGHEST / log.step:.3g} Hz, which the sampling rate cannot follow: log faster, move"
-            " slower, or leave out rows that are far off their neighbours"
+            f" {HIGHEST / log.step:.3g} Hz, which the sampling rate cannot follow: log faster, or"
+            " move slower"
         )
-    cutoff = found.cutoff if cutoff is None else cutoff
     highest = HIGHEST / log.step
+    if cutoff is None:
+        duration = log.step * sum(len(t) for t, _ in stretches)
+        cutoff = min(max(found.cutoff, FEWEST / (2.5 * duration)), highest)
     if not 0 < cutoff <= highest * (1 + 1e-9):
         raise ValueError(
             f"cutoff = {cutoff:g} Hz must be above 0 and at most {highest:.4g} Hz, 1/12 of the"
@@ -127,6 +131,14 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
             f"no row of the log has positions and both torques ({'; '.join(log.notes)}): record"
             " them together"
         )
+    idle = [
+        name for name, column in zip(("tau1", "tau2"), torques.T) if not np.nan_to_num(column).any()
+    ]
+    if idle:
+        raise ValueError(
+            f"{', '.join(idle)} {'are' if idle[1:] else 'is'} all 0: the driver did not measure"
+            f" the {robot.words.effort}s; record them, or the currents (torque_constant)"
+        )
     lowest = np.nanmin(torques, axis=0)
     highest_tau = np.nanmax(torques, axis=0)
     pieces = []
@@ -148,7 +160,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
                 " do not count"
             )
     changes = [change for _, change, _ in regressors]
-    return Samples(robot, pieces, motion, changes, log.step, cutoff, tuple(notes), assembly)
+    return Samples(robot, pieces, motion, changes, log.step, cutoff, tuple(notes), assembly, held)
 
 
 def _even_stretches(log, held, notes):
@@ -215,7 +227,8 @@ def _refuse_still(stretches, noise, robot):
         if not size > STILL * own:
             raise ValueError(
                 f"{joint} hardly moves: its standard deviation of {size:.2g} {words.unit} is that"
-                f" of its noise, {own:.2g} {words.unit}: move both motors"
+                f" of its noise, {own:.2g} {words.unit}, or of a motion that the sampling rate"
+                " cannot follow: move both motors, or log faster"
             )
 
 

@@ -154,6 +154,31 @@ def _exchanged(log, *names):
     return replace(log, **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None})
 
 
+def lateness(
+    sample: Samples, chosen: list[int], theta: ndarray
+) -> tuple[float, float, float, float]:
+    """Return by how much torques are late, s, its deviation, its share of them, and the misfit.
+
+    The arguments are those of `beyond_the_model`. The deviation is infinite where the rate of the
+    torques is a sum of the columns.
+    """
+    others = theta.copy()
+    others[chosen] = 0.0
+    pieces = []
+    for t, W, tau, counts in sample.pieces:
+        rate = np.gradient(W @ theta, sample.step, axis=0)
+        own = np.concatenate([W[:, :, chosen], rate[..., None]], axis=2)
+        pieces.append((t, own, tau - W @ others, counts))
+    rows = filtered(pieces, sample.step, sample.cutoff)
+    columns = list(range(len(chosen) + 1))
+    if independent(rows.W, columns, 1e-3)[0] != columns:
+        return 0.0, np.inf, 0.0, np.inf
+    shifted = fit(rows, columns)
+    late = -float(shifted.theta[-1])
+    share = abs(late) * np.linalg.norm(rows.W[:, :, -1]) / np.linalg.norm(rows.tau)
+    return late, float(np.sqrt(shifted.cov[-1, -1])), float(share), shifted.misfit
+
+
 def beyond_the_model(
     robot: Robot, sample: Samples, chosen: list[int], theta: ndarray, last: RegressionFit
 ) -> list[str]:
@@ -173,29 +198,15 @@ def beyond_the_model(
         The last fit.
     """
     efforts = f"{robot.words.effort}s"
-    others = theta.copy()
-    others[chosen] = 0.0
-    pieces = []
-    for t, W, tau, counts in sample.pieces:
-        rate = np.gradient(W @ theta, sample.step, axis=0)
-        own = np.concatenate([W[:, :, chosen], rate[..., None]], axis=2)
-        pieces.append((t, own, tau - W @ others, counts))
-    rows = filtered(pieces, sample.step, sample.cutoff)
-    columns = list(range(len(chosen) + 1))
+    late, sd, share, misfit = lateness(sample, chosen, theta)
     notes = []
-    most = 0.4 * last.misfit
-    if independent(rows.W, columns, 1e-3)[0] == columns:
-        shifted = fit(rows, columns)
-        most = min(most, 0.7 * shifted.misfit)  # friction is like a delay
-        late = -shifted.theta[-1]
-        sd = np.sqrt(shifted.cov[-1, -1])
-        effect = abs(late) * np.linalg.norm(rows.W[:, :, -1])
-        if abs(late) > 6.0 * sd and effect > 2e-3 * np.linalg.norm(rows.tau):
-            word = "late" if late > 0 else "early"
-            notes.append(
-                f"the {efforts} come {1e3 * abs(late):.3g} ± {1e3 * sd:.1g} ms too {word} for the"
-                " motion: shift their times"
-            )
+    if abs(late) > 6.0 * sd and share > 2e-3:
+        word = "late" if late > 0 else "early"
+        notes.append(
+            f"the {efforts} come {1e3 * abs(late):.3g} ± {1e3 * sd:.1g} ms too {word} for the"
+            " motion: shift their times"
+        )
+    most = min(0.4 * last.misfit, 0.7 * misfit)  # friction is like a delay
     missed = f"the model misses {100 * last.misfit:.3g} % of the {efforts}"
     times = last.sigma / np.maximum(_noise(sample, theta), 1e-300)
     misses_much = last.misfit > 0.01 and times.max() > 3.0
@@ -215,7 +226,7 @@ def _noise(sample, theta):
     """Return the noise (2,) of a row, N m, that the torques' and the encoders' noise make.
 
     The torques' is the median of their fourth differences, in which no motion is left; of white
-    noise the variance of these is 70 times its own.
+    noise the variance of these is 70 times its own, and 7 times where two rows are averaged.
     """
     rows = sample.rows
     by_q = np.sqrt(((rows.change @ theta) ** 2).sum(axis=0) / rows.counts.sum(axis=0))
@@ -223,5 +234,5 @@ def _noise(sample, theta):
     fourth = np.diff(tau[np.isfinite(tau).all(axis=1)], 4, axis=0)
     noise = 0.0
     if len(fourth):
-        noise = np.median(np.abs(fourth), axis=0) / 0.6745 / np.sqrt(70.0)
+        noise = np.median(np.abs(fourth), axis=0) / 0.6745 / np.sqrt(7.0 if sample.held else 70.0)
     return np.hypot(noise * rows.gain, by_q)
