@@ -1,5 +1,6 @@
 """Tables in the forms in which people have them."""
 
+import calendar
 import io
 import math
 
@@ -205,6 +206,31 @@ def test_times_since_1970_tell_their_unit_by_their_size(unit, size):
     assert found.notes == (f"t: {unit} since 1970, by their size",) and "t" in found.stated
     clock = columns.read({"t": np.array([0.0, 2.0, 4.0]) * size, "x": t, "y": t}, PATH)
     assert clock.values["t"][-1] == 4.0 * size and not clock.notes
+
+
+@pytest.mark.parametrize(
+    "first, second, day",
+    [
+        ("2026-03-29T01:59:55.000", "2026-03-29T02:00:00.250", (2026, 3, 29)),
+        ("2026-03-29 03:59:55.000+02:00", "2026-03-29 04:00:00.250+02:00", (2026, 3, 29)),
+        ("29.03.2026 01:59:55,000", "29.03.2026 02:00:00,250", (2026, 3, 29)),
+        ("01:59:55.000", "02:00:00.250", (1970, 1, 1)),
+        ("01:59:55,000", "02:00:00,250", (1970, 1, 1)),
+    ],
+)
+def test_times_may_be_dates_or_times_of_day(first, second, day):
+    table = columns.read(io.StringIO(f"t;x;y\n{first};0,5;1\n{second};1;2\n"), PATH)
+    begin = calendar.timegm((*day, 1, 59, 55))
+    assert table.values["t"].tolist() == [begin, begin + 5.25]
+    assert "t: read from dates or times of day" in table.notes
+    assert not any("1970" in note for note in table.notes)
+    columns.refuse_unclear_times(table, 1.0)
+
+
+@pytest.mark.parametrize("cell", ["03/04/2026 01:59:55", "29.03.2026", "25:00:00", "1:59"])
+def test_moments_that_are_unclear_are_no_numbers(cell):
+    with pytest.raises(ValueError, match="line 2: t must be a number"):
+        columns.read(io.StringIO(f"t;x;y\n{cell};0,5;1\n"), PATH)
 
 
 @pytest.mark.parametrize("step, unit", [(2.0, "ms"), (4000.0, "us"), (5e6, "ns")])

@@ -37,6 +37,7 @@ from .units import SECONDS, unit_named
 
 EPOCH = 5e8  # s since 1970, in 1985: later times are dates
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
+_MOMENT = re.compile(r"(?:(\d\d)\.(\d\d)\.(\d{4})[ T])?(\d\d:\d\d:\d\d(?:\.\d+)?)")
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
@@ -111,7 +112,8 @@ def read(
         In a CSV file, columns are separated by commas, semicolons, tabs, bars or blanks, and
         decimals by points or commas. A heading is a name and perhaps a unit: x, X [mm], q1 (deg),
         time/ms, x_mm; or a row of units follows. Lines that begin with # or % are comments; the
-        last of them is the header where none follows. Times may be dates: 2024-05-01 10:00:00.25.
+        last of them is the header where none follows. Times may be dates, 2024-05-01 10:00:00.25 or
+        01.05.2024 10:00:00,25, or times of day, 10:00:00.25.
     wanted : mapping
         {name: Quantity}.
     units : mapping or sequence of str
@@ -249,6 +251,9 @@ def _from_text(file, wanted, units, calls):
     table, comma = _numbers(rows, delimiter, len(headings), places, name)
     if comma:
         notes.append("decimal commas were read as decimal points")
+    if "t" in places and re.search(r"\d:\d\d", rows[0][1]):
+        own_units["t"] = "s"
+        notes.append("t: read from dates or times of day")
     for key, column in zip(places, table.T):
         unit = own_units.get(key)
         if unit is not None:
@@ -403,7 +408,12 @@ def _number(cell, key, where):
 
 
 def _date(cell):
-    """Return the seconds since 1970 of a date with a time, UTC where no zone is named."""
+    """Return the seconds since 1970 of a date with a time, UTC where no zone is named; of a time
+    alone those since midnight.
+    """
+    if found := _MOMENT.fullmatch(cell.replace(",", ".")):
+        day, month, year, time = found.groups()
+        cell = f"{year or 1970}-{month or '01'}-{day or '01'} {time}"
     try:
         moment = datetime.fromisoformat(cell)
     except ValueError:

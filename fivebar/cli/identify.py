@@ -31,7 +31,10 @@ OPTIONS = TABLE | {
 
 def add_parsers(commands):
     """Add `identify` to the program's commands."""
-    gauges = {f"{option_of(name)} NUMBER ...": words for name, words in GAUGES.items()}
+    gauges = {}
+    for name, words in GAUGES.items():
+        value = "RAD" if name == "offset" else "NUMBER"
+        gauges[f"{option_of(name)} {value} ..."] = words
     logged = gauges, "what was logged", "one number for both motors, or two"
     add_robot_options(add_command(commands, "identify", _identify, (OPTIONS,), logged))
 
