@@ -165,6 +165,16 @@ def test_solutions_a_millimetre_apart_are_two(monkeypatch):
     assert near.values["l22"] == pytest.approx(true["l22"], abs=1e-9)
 
 
+@pytest.mark.parametrize("error, words", [(0.0, "^2 solutions fit within"), (0.5, "^0 sol")])
+def test_places_at_the_limit_of_the_lengths_are_not_counted(error, words, monkeypatch):
+    monkeypatch.setattr("fivebar.estimation.calibration.few_rows.STARTS", 6)
+    data, _ = ten_unknowns(21, 0.02)
+    rng = np.random.default_rng(1)
+    data["x"] = data["x"] + 5e-3 * error * rng.standard_normal(FEW)
+    with pytest.raises(ValueError, match=f"{words}.* 10% of the lengths, others at that limit, "):
+        fb.calibrate(fb.FiveBar(), data, ALL, sigma=1e-3)
+
+
 def test_a_length_far_off_is_not_taken_from_rows_that_check_nothing(monkeypatch):
     """The lengths are 15 % off, beyond what is looked for; least squares find others that fit."""
     monkeypatch.setattr("fivebar.estimation.calibration.few_rows.STARTS", 4)

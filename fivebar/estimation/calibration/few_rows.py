@@ -24,6 +24,7 @@ STEPS = 15, 40, 100
 KEPT = 512  # places that steps end in, the best, from which they go on
 CELL = 0.05  # of the unknowns' sizes: starts that end nearer to each other end in one place
 CHANGED = 0.1  # of a length, beyond which no five-bar is built so wrong
+WALL = 0.99  # of that change
 EXACT = 1e-3  # of a mean bar: scatter of points whose sigma is not given
 FAR = 5.0  # standard deviations: what fits worse by more is no solution
 WORST = 2e-2  # of a mean bar: rms by which the legs may miss the points
@@ -50,9 +51,15 @@ def only_solution(task: LeastSquares) -> ndarray | None:
     if fits.sum() == 1:
         return values[fits.argmax()]
     if fits.any():
-        named = _named(task, values[fits], modes[fits])
+        # Steps end at the limits of the lengths in as many places as there are starts.
+        inside = fits & (_length_changes(task, values.T).max(axis=0) < WALL)
+        count = f"{inside.sum()} solutions fit"
+        if (inside != fits).any():
+            count += f" within {CHANGED:.0%} of the lengths, others at that limit"
+        listed = inside if inside.any() else fits
+        named = _named(task, values[listed], modes[listed])
         raise ValueError(
-            f"{fits.sum()} solutions fit, and these few rows do not tell which is right: {named}."
+            f"{count}, and these few rows do not tell which is right: {named}."
             " Note working1, working2 and assembly, measure more rows, or give values to begin with"
             " (start, on the command line --start)"
         )
@@ -205,10 +212,15 @@ def _errors(task, starts, z):
         prior[: len(task.free)] = task.prior * task.sigma / task.bar
     off = np.concatenate([off, z * prior], axis=1)
     own = np.broadcast_to(np.diag(prior), (m, len(prior), len(prior)))
-    limit = CHANGED * np.append(task.start[:4], task.bar)
-    strange = np.abs(p[:5].T - task.start[:5]) > limit
-    off[strange.any(axis=1) | (p[4] < 0) | (p[PLACE["scale"]] <= 0)] = np.inf
+    strange = _length_changes(task, p).max(axis=0) > 1
+    off[strange | (p[4] < 0) | (p[PLACE["scale"]] <= 0)] = np.inf
     return off, np.concatenate([jacobian, own], axis=1)
+
+
+def _length_changes(task, p):
+    """Return the changes (5, m) of the lengths, as shares of what they may change by."""
+    limit = CHANGED * np.append(task.start[:4], task.bar)
+    return np.abs(p[:5] - task.start[:5, None]) / limit[:, None]
 
 
 def _descend(task, starts, z, steps, moved):
