@@ -11,7 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import binary_fill_holes, gaussian_filter, label, map_coordinates, uniform_filter
+from scipy.ndimage import (
+    binary_fill_holes,
+    center_of_mass,
+    find_objects,
+    gaussian_filter,
+    label,
+    map_coordinates,
+    uniform_filter,
+)
 from scipy.optimize import least_squares, linear_sum_assignment
 
 from ...base.backend import finite_numbers, pairs
@@ -105,8 +113,8 @@ def _corners(image):
 def _paper(image):
     """Return where the sheet is, bool.
 
-    The light may change over it: its logarithm is a polynomial of degree 2, which the paper tells,
-    all of one brightness. Halfway to the ground's brightness the sheet ends.
+    The light may change over it: its logarithm is a polynomial of degree 2, which the paper
+    tells, all of one brightness. Halfway to the ground's brightness the sheet ends.
     """
     darkest = 1e-2 * abs(np.quantile(image, 0.98)) + 1e-300
     even = brightness = np.log(np.maximum(image, darkest))
@@ -285,23 +293,13 @@ def _marks(straight):
     ink = np.pad(ink[inner, inner], border)
     dark = gaussian_filter(ink, 1.0) > INK / 2
     parts, count = label(dark)
-    if count >= MOST:
-        count = 0
-    centres = []
+    if not 0 < count < MOST:
+        return np.empty((0, 2)), np.empty(0)
+    centres = center_of_mass(ink, parts, np.arange(1, count + 1))
     sides = []
-    for part in range(1, count + 1):
-        places = np.argwhere(parts == part)
-        if len(places) < 9:
-            continue
-        rows, columns = places.T
-        weights = ink[rows, columns]
-        weighted = places * weights[:, None]
-        centre = weighted.sum(axis=0) / weights.sum()
-        box = np.ptp(places, axis=0)
-        centres.append(centre + 0.5)
-        sides.append(box.max() + 1)
-    middles = np.array(centres).reshape(-1, 2)
-    return PIXEL * middles, PIXEL * np.array(sides)
+    for rows, columns in find_objects(parts):
+        sides.append(max(rows.stop - rows.start, columns.stop - columns.start))
+    return PIXEL * (np.array(centres) + 0.5), PIXEL * np.array(sides)
 
 
 def _known_again(sheet, size, centres, sides):
