@@ -191,5 +191,5 @@ def tangent(robot, bars: np.ndarray) -> np.ndarray:
 
 
 def bars(pose: Pose) -> np.ndarray:
-    """Return (q1, phi1, q2, phi2) of a pose, (4,)."""
-    return np.array(bars_of(Rates(pose, (0.0, 0.0), (0.0, 0.0)))[0])
+    """Return (q1, phi1, q2, phi2) of poses, (*batch, 4)."""
+    return np.stack(bars_of(Rates(pose, (0.0, 0.0), (0.0, 0.0)))[0], axis=-1)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -11,13 +12,13 @@ from scipy.sparse.csgraph import dijkstra
 from ..constraints.constraints import at_joints, distance_inside
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
+from .coordinates import bars
 from .problem import PlanError, Problem
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from .plans import Plan
-    from .program import PlanSolution
 
     Guess = Callable[[np.ndarray], np.ndarray]  # times (n,) s -> (n, 8): motion, bar forces
 
@@ -26,18 +27,19 @@ SMOOTHINGS = 100  # passes over that path
 BENDS = 0.3, -0.3, 0.6, -0.6, 1.0, -1.0  # of a distal bar, to the left, of paths beside the line
 
 
-def guess_again(plan: Plan, found: PlanSolution) -> Guess:
-    """Return a solution as the guess of the next.
+class GuessAgain(NamedTuple):
+    """A plan as the guess of the next one, with its controls at the nodes.
 
     Forces are interpolated between nodes, as computed ones might be huge there.
     """
 
-    def guess(t):
-        motion = plan.motion(t)
-        controls = _interpolated(t, plan.nodes, found.controls)
-        return np.column_stack([motion[..., :-2], controls])
+    plan: Plan
+    controls: np.ndarray
 
-    return guess
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        motion = self.plan.motion(t)
+        controls = _interpolated(t, self.plan.nodes, self.controls)
+        return np.column_stack([motion[..., :-2], controls])
 
 
 def first_guess(
@@ -88,9 +90,33 @@ def first_guess(
     return lambda t: _interpolated(t, times, table), durations
 
 
-def bent_paths(problem: Problem) -> list[list[np.ndarray]]:
-    """Return paths between two stops that bend to a side, those that the limits allow."""
-    a, b = (np.array(conditions[0]) for conditions, _ in problem.stops)
+def in_bars(problem: Problem) -> list[tuple[Problem, list[np.ndarray]]]:
+    """Return (problem in the four bars, paths of the bars between its stops) along several ways.
+
+    The first one is straight where the limits allow. Between two stops there are others, bent to a
+    side.
+    """
+    points = [np.array(conditions[0]) for conditions, _ in problem.stops]
+    legs = list(zip(points, points[1:]))
+    ways = [[_path(problem, a, b) for a, b in legs]]
+    if len(legs) == 1:
+        ways += [[path] for path in _bent_paths(problem, *legs[0])]
+    found = []
+    for way in ways:
+        pose = igm(problem.robot, np.concatenate(way), problem.working)
+        angles = np.unwrap(bars(pose), axis=0)
+        paths = np.split(angles, np.cumsum([len(path) for path in way])[:-1])
+        ends = [paths[0][0], *(path[-1] for path in paths)]
+        stops = []
+        for end, (conditions, t) in zip(ends, problem.stops):
+            own = {order: np.zeros(4) for order in conditions} | {0: end}
+            stops.append((own, t))
+        found.append((replace(problem, stops=tuple(stops)), paths))
+    return found
+
+
+def _bent_paths(problem, a, b):
+    """Return paths that bend to a side, those that the limits allow."""
     x, y = (b - a) / max(np.linalg.norm(b - a), 1e-300)
     share = np.linspace(0, 1, 61)[:, None]
     found = []
@@ -98,7 +124,7 @@ def bent_paths(problem: Problem) -> list[list[np.ndarray]]:
         side = bend * problem.length * np.array([-y, x])
         path = a + share * (b - a) + 4 * share * (1 - share) * side
         if (_blocked(problem, path) <= 0).all():
-            found.append([path])
+            found.append(path)
     return found
 
 

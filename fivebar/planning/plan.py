@@ -17,10 +17,11 @@ from ..base.checks import instance, number, optional, positive, whole
 from ..base.robot_uses import takes_robot
 from ..constraints.constraints import Constraints, kept_by
 from ..models.geometry import Pose, igm
+from ..models.physics import loads_of
 from ..singularities.degenerate import refuse_singular_everywhere
 from .collocation import LIMITS, Scheme
 from .functions import OwnFunctions
-from .guess import bent_paths, first_guess, guess_again
+from .guess import GuessAgain, first_guess, in_bars
 from .plans import AGAIN, Plan, PlanMesh, Tried
 from .problem import (
     PlanError,
@@ -49,13 +50,17 @@ LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS = 12
 MOST_INTERVALS = 600
 MOST_PARTS = 3
-PLANS = 3  # at most, of which the best is taken, and that are refined when asked for
+ALTERNATIVES = 3  # motions, at most, that are refined when asked for
+LOOKED = 4  # starts that are solved on the first meshes of their plans
+WORTH = 2.0  # of the least cost on the coarse mesh: that of starts which are
+CLOSE = 1.1  # of the least cost on the first mesh: that of motions that are refined once
+GAIN = 0.02  # that another plan may bring: less is not worth its time
+NEAR = 0.1  # of a distal bar: motions that are nowhere farther apart are one
+SMOOTHINGS = 1.0, 0.2  # rad/s, of dry friction, on the first meshes
 FAILURES = 8  # of starts, after which the search ends
 CHANCES = 2  # of them from the coarse mesh
-PART = 1 / 10  # of the time: at most, on a mesh of a start that is not insisted on
-# Of the best plan's objective: the cost of a start on the coarse mesh that may still beat it.
-CLOSE = 1.05
-SAME = 1e-3  # of an objective, by which two motions on the coarse mesh are told apart
+# Of the time: at most, on the first mesh and on a finer one of a start that is not insisted on.
+PART, MORE = 0.1, 0.25
 
 
 @dataclass(frozen=True)
@@ -214,98 +219,102 @@ def plan(
             "plan: this motion must cross a Type-2 singularity, where without a torque among the"
             ' constraints or a weight on "effort" the torque has no bound'
         )
-    starts, ways = _straight_and_bent(problem, collocation, began)
-    return _best(starts, collocation, began, ways)
+    starts, ways, swings = _along_points(problem, collocation, began)
+    return _best(starts, collocation, began, ways, swings)
 
 
-def _straight_and_bent(problem, collocation, began):
-    """Return starts, that of least cost on the coarse mesh first, and how many ways were tried.
+def _along_points(problem, collocation, began):
+    """Return starts, that of least cost on the coarse mesh first, number of ways and of swings.
 
-    Where the robot has weight, a motion that falls to a side and swings up again may cost half: of
-    16 random motions the straight way alone led to the best of all seven in 10.
+    A robot with weight is improved in its four bars, as between Poses: motions that fall, swing up
+    again or wait may cost a fifth of the straight one, which is the last resort there.
     """
     guess, durations = first_guess(problem)
-    mesh = mesh_of(collocation.intervals, durations)
-    straight = Start(problem, mesh, durations, guess)
-    if not problem.fall or len(problem.stops) > 2:
-        return [straight], 1
-    search = _PlanSearch(problem, collocation, began)
-    known: dict[float, Start] = {}
-    tried = [(guess, durations), *(first_guess(problem, paths) for paths in bent_paths(problem))]
-    for guess, durations in tried:
-        try:
-            found, plan = search.solve(mesh, durations, guess)
-        except PlanError:  # the time is over
-            break
-        cost = found.objective
-        if found.solved and all(abs(cost - other) > SAME * cost for other in known):
-            again = guess_again(plan, found)
-            known[cost] = Start(problem, mesh, found.durations, again, cost)
-    return [*(known[cost] for cost in sorted(known)), straight], len(tried)
+    straight = Start(problem, mesh_of(collocation.intervals, durations), durations, guess)
+    if not problem.fall or not problem.rests:
+        return [straight], 1, 0
+    ways = in_bars(problem)
+    is_over = partial(_is_over, collocation, began)
+    starts, swings = starts_between(ways, collocation.intervals, is_over)
+    return [*(start for start in starts if start.cost < math.inf), straight], len(ways), swings
 
 
 def _best(starts, collocation, began, ways=1, swings=0):
-    """Return the best plan of those that the first starts lead to.
+    """Return the best plan of those that the starts lead to.
 
-    Starts are left out whose cost on the coarse mesh is larger than that of a plan. Where two
-    fail, the ways that were not improved there are tried first; where all do, the shortest one is
-    insisted on.
+    What a motion costs on the coarse mesh says little, on the first mesh of its plan much. So the
+    first starts are solved there; those near the best once more, on finer meshes; and then the one
+    that costs least, until it is accurate. Where two starts fail, the ways that were not improved
+    on the coarse mesh are tried; where all do, the shortest one is insisted on.
     """
-    plans: list[Plan] = []
-    failures: list[PlanError] = []
-    rest = list(starts)
+    is_over = partial(_is_over, collocation, began)
     alone = len(starts) == 1
-    # A coarse motion takes the time that it began with, however fast it could be.
-    free = starts[0].problem.stops[-1][1] is None
+    rest = list(starts)
+    begun: list[_PlanSearch] = []
+    failures: list[PlanError] = []
+    intervals: dict[tuple, Interval] = {}
+    lost = [math.inf]  # costs of what led to no plan
 
-    def attempt(start, insists):
+    def attempt(search, step):
         try:
-            plans.append(refined(start, collocation, began, insists))
+            step()
         except PlanError as error:
             failures.append(error)
+            lost.append(search.cost)
+            return False
+        return True
 
-    while rest and len(failures) < FAILURES:
-        if plans:
-            least = min(plan.objective for plan in plans)
-            dear = rest[0].cost == math.inf if free else rest[0].cost > CLOSE * least
-            if dear or len(plans) == PLANS:
+    def begin(start, insists):
+        search = _PlanSearch(start, collocation, began, insists, intervals)
+        if attempt(search, search.begin) and not any(map(search.is_like, begun)):
+            begun.append(search)
+
+    def is_worth_while(search):
+        others = (each for each in begun if each is not search)
+        costs = [each.cost / (1 + GAIN * each.accurate) for each in others]
+        return search.cost <= min(costs, default=math.inf) * (1.0 if search.refinements else CLOSE)
+
+    while rest and not begun and len(failures) < FAILURES and not is_over():
+        dearest = math.inf
+        while rest and len(begun) < LOOKED and rest[0].cost <= dearest and not is_over():
+            begin(rest.pop(0), alone)
+            if begun:
+                dearest = WORTH * starts[0].cost
+            elif len(failures) == CHANCES:
+                rest.sort(key=lambda start: start.cost < math.inf)
+            elif len(failures) == FAILURES:
                 break
-        attempt(rest.pop(0), alone)
-        if len(failures) == CHANCES and not plans:
-            rest.sort(key=lambda start: start.cost < math.inf)
-        if _is_over(collocation, began):
-            break
-    if not (plans or alone or _is_over(collocation, began)):
-        attempt(max(starts, key=lambda start: start.cost), True)
+        if not (begun or alone or is_over()):
+            begin(max(starts, key=lambda start: start.cost), True)
+        while not is_over():
+            left = [each for each in begun if not each.accurate and is_worth_while(each)]
+            if not left:
+                break
+            search = min(left, key=lambda search: (search.refinements, search.cost))
+            if not attempt(search, search.step):
+                begun.remove(search)
+    begun.sort(key=lambda search: search.cost)
+    plans = [search.plan for search in begun if search.accurate]
     if not plans:
         raise failures[-1]
-    plans.sort(key=lambda plan: plan.objective)
-    rest = [start for start in rest if start.cost < math.inf]
     least = plans[0].objective
-    costs = [plan.objective for plan in plans[1:]] + [start.cost for start in rest]
-    dearer = [cost for cost in costs if cost > (1 + AGAIN) * least]
-    # A coarse motion that cost less, but led to no plan in its part of the time.
-    is_cut = _is_over(collocation, began) or min(start.cost for start in starts) * CLOSE < least
+    rest = [start for start in rest if start.cost < math.inf]
+    dearer = [each.cost for each in (*begun, *rest) if each.cost > (1 + AGAIN) * least]
+    is_cut = is_over() or min(lost) < least
     tried = Tried(ways, swings, min(dearer, default=None), is_cut)
     seconds = time.perf_counter() - began[0]
-    others = *plans[1:], *(partial(refined, start, collocation) for start in rest[:PLANS])
+    left = [search.again for search in begun if search.plan is not plans[0]] + rest
+    others = tuple(partial(_refined, start, collocation) for start in left[:ALTERNATIVES])
     return replace(plans[0], tried=tried, others=others, solve_time=seconds)
 
 
-def refined(
-    start: Start,
-    collocation: Collocation,
-    began: tuple[float, float] | None = None,
-    insists: bool = True,
-) -> Plan:
-    """Return the accurate plan that a start leads to; PlanError.
-
-    began: when the search did, s by the clock and of this thread; by default now. insists: try
-    again where IPOPT does not converge, and find out which limits cannot be met.
-    """
-    search = _PlanSearch(start.problem, collocation, began or _now(), insists)
-    plan = search.run(start.mesh, start.durations, start.guess)
-    return refuse_broken(plan, collocation.tolerance)
+def _refined(start, collocation):
+    """Return the accurate plan that a start leads to; PlanError."""
+    search = _PlanSearch(start, collocation, _now())
+    search.begin()
+    while not search.accurate:
+        search.step()
+    return search.plan
 
 
 def _now():
@@ -317,30 +326,67 @@ def _is_over(collocation, began):
 
 
 class _PlanSearch:
-    """Solve, refine the mesh where the plan is inaccurate, solve again; or name what is wrong."""
+    """The search for a plan from one start, on finer and finer meshes; it names what is wrong.
 
-    def __init__(self, problem, collocation, began, insists=True):
-        self.problem = problem
+    began: when all of it did, s by the clock and of this thread. insists: try again where IPOPT
+    does not converge, and find out which limits cannot be met. intervals: those that are built.
+    """
+
+    def __init__(self, start, collocation, began, insists=True, intervals=None):
+        self.start = start
+        self.problem = start.problem
+        self.smoothings = []
+        if loads_of(self.problem.robot).sticks:
+            first, *rest = SMOOTHINGS
+            self.problem = replace(self.problem, slow=first)
+            self.smoothings = [*rest, start.problem.slow][::-1]
+        self.cost = start.cost
         self.collocation = collocation
         self.began = began
         self.insists = insists
         self.tolerance = collocation.tolerance
-        self.intervals = {}
+        self.intervals = {} if intervals is None else intervals
         self.meshes = []
-        self.best = None
-        self.refinements = 0  # best: the last converged plan
+        self.best = None  # the last plan that converged
+        self.refinements = 0
+        self.accurate = False
 
-    def run(self, mesh, durations, guess):
-        self.first = durations, guess
-        found, plan = self.solved(mesh, durations, guess)
-        while (parts := self.parts(plan)) is not None:
-            mesh, found, plan = self.refine(mesh, found, plan, parts)
-        return plan
+    def begin(self):
+        """Solve on the first mesh."""
+        _, self.mesh, *self.first, _ = self.start
+        self.found, self.plan = self.solved(self.mesh, *self.first)
+        self.cost = self.found.objective
 
-    def parts(self, plan):
+    def is_like(self, other):
+        """Whether the motion costs about as much as that of another search, and is as near."""
+        if abs(self.cost - other.cost) > GAIN * other.cost:
+            return False
+        share = np.linspace(0.0, 1.0, 41)
+        places = [search.plan(share * search.plan.duration)[0] for search in (self, other)]
+        return np.abs(places[0] - places[1]).max() < NEAR * self.problem.length
+
+    def step(self):
+        """Refine the mesh where the plan is not accurate, and smooth friction less."""
+        parts = self.parts()
+        if parts is None and not self.smoothings:
+            self.plan = refuse_broken(self.plan, self.tolerance)
+            self.accurate = True
+            return
+        if self.smoothings:
+            self.problem = replace(self.problem, slow=self.smoothings.pop())
+        self.refine(parts)
+        self.cost = self.found.objective
+
+    @property
+    def again(self):
+        """Return the motion so far as a start."""
+        guess = GuessAgain(self.plan, self.found.controls)
+        return Start(self.start.problem, self.mesh, self.found.durations, guess, self.cost)
+
+    def parts(self):
         """Return into how many parts to divide each interval; None where the plan is accurate."""
-        excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
-        for name, value in plan._exceeded.items():
+        excess = np.nan_to_num(self.plan._relative_defects, nan=1.0)  # out of reach between nodes
+        for name, value in self.plan._exceeded.items():
             excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
         order = len(self.problem.scheme.c)  # of the defect between nodes
         needed = np.ceil((2 * excess / self.tolerance) ** (1 / order))
@@ -348,35 +394,42 @@ class _PlanSearch:
         parts[excess <= self.tolerance] = 1
         return parts if parts.max() > 1 else None
 
-    def refine(self, mesh, found, plan, parts):
-        """Return (mesh, PlanSolution, Plan) on the divided mesh."""
+    def refine(self, parts):
+        """Solve again, on the mesh divided into parts; None: on the same one."""
         self.refinements += 1
-        if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
-            reason = (
-                f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
-                f"{self.tolerance:g} is allowed"
-            )
-            raise self.failure(plan, reason, plan.status)
-        mesh = _refined(mesh, parts)
-        return mesh, *self.solved(mesh, found.durations, guess_again(plan, found))
+        found, plan = self.found, self.plan
+        if parts is not None:
+            if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
+                reason = (
+                    f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals,"
+                    f" {self.tolerance:g} is allowed"
+                )
+                raise self.failure(plan, reason, plan.status)
+            self.mesh = _divided(self.mesh, parts)
+        guess = GuessAgain(plan, found.controls)
+        self.found, self.plan = self.solved(self.mesh, found.durations, guess)
 
     def solved(self, mesh, durations, guess):
         found, plan = self.solve(mesh, durations, guess)
+        # Begun afresh near its end, it converges.
+        is_near = self.insists or (self.best and found.objective < WORTH * self.cost)
+        if found.status == "Maximum_Iterations_Exceeded" and is_near:
+            found, plan = self.solve(mesh, found.durations, GuessAgain(plan, found.controls))
         if not (found.solved or self.insists):
             reason = f"IPOPT did not converge ({found.status})"
             raise self.failure(self.best or plan, reason, found.status)
-        if found.status == "Maximum_Iterations_Exceeded":  # begun afresh near its end, it converges
-            found, plan = self.solve(mesh, found.durations, guess_again(plan, found))
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
     def solve(self, mesh, durations, guess, elastic=False):
         most = self.collocation.max_time
         left = most - (time.thread_time() - self.began[1])
         if not self.insists:
-            left = min(left, PART * most)
-        if elastic not in self.intervals:
-            self.intervals[elastic] = Interval(self.problem, mesh, durations, guess, elastic)
-        found = solve(self.intervals[elastic], mesh, durations, guess, left)
+            left = min(left, (PART, MORE)[self.best is not None] * most)
+        problem = self.problem
+        key = problem.slow, elastic, problem.in_bars, float(self.start.durations.sum())
+        if key not in self.intervals:
+            self.intervals[key] = Interval(problem, mesh, durations, guess, elastic)
+        found = solve(self.intervals[key].to(problem.stops), mesh, durations, guess, left)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
         seconds = time.perf_counter() - self.began[0]  # what a user waits
@@ -407,7 +460,7 @@ class _PlanSearch:
                 share = float(best.slack[LIMITS.index("joint_speed")])
                 least["joint_speed"] = share * self.problem.unit("joint_speed")
             raise self.failure(nearest, "infeasible", failed.status, names, least)
-        found, plan = self.solve(mesh, best.durations, guess_again(nearest, best))
+        found, plan = self.solve(mesh, best.durations, GuessAgain(nearest, best.controls))
         if not found.solved:
             reason = f"IPOPT did not converge ({failed.status}, then {found.status})"
             raise self.failure(self.best or plan, reason, found.status)
@@ -424,7 +477,7 @@ class _PlanSearch:
         return PlanError(f"plan: {why}", broken, plan, status)
 
 
-def _refined(mesh, parts):
+def _divided(mesh, parts):
     """Divide each interval into so many parts."""
     ends = np.cumsum([len(knots) - 1 for knots in mesh])
     finer = []

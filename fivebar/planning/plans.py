@@ -191,7 +191,7 @@ class Plan(Animated):
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         motion = self.motion(t)
-        if self.problem.coordinates.size == 2:
+        if not self.problem.in_bars:
             xi, xi_dot, xi_ddot, _ = np.split(motion, (2, 4, 6), axis=-1)
             return xi, xi_dot, xi_ddot
         acc = self.problem.accelerations(motion)
@@ -224,7 +224,7 @@ class Plan(Animated):
     def bar_forces(self, t: ArrayLike) -> np.ndarray:
         """Return the forces in the distal bars (*t.shape, 2), N, finite at every singularity.
 
-        In one pair of working modes they are B^-1 (tau - Z q''), else those of
+        Of a plan in x and y they are B^-1 (tau - Z q''), of one in the four bars those of
         `dynamics.bar_forces`.
         """
         motion = self.motion(t)
@@ -272,7 +272,7 @@ class Plan(Animated):
         pose = acc.rates.pose
         sines = self.problem.signed_sines(pose)
         excess = self.problem.violations(acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], sines)
-        if self.working is None:
+        if self.problem.in_bars:
             reach = np.hypot(*loop_gap(pose))
         else:
             reach = -pose.reach_margin
@@ -339,7 +339,7 @@ class Plan(Animated):
         inner = motion[1:-1]
         inner[:, 2 * n : -2] = pieces.xi_ddot.reshape(-1, n)
         inner[:, -2:] = pieces.tau.reshape(-1, 2)
-        in_bars = n == 4
+        in_bars = problem.in_bars
         if in_bars:
             xi, xi_dot, xi_ddot = self(t)
         else:
@@ -354,7 +354,7 @@ class Plan(Animated):
         """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
         table = Table(path)
         problem, knots, begins, known = table.about("plan", "a file written by Plan.to_csv", _known)
-        in_bars = problem.coordinates.size == 4
+        in_bars = problem.in_bars
         values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
         nodes = problem.scheme.nodes(knots)
         if len(values) != len(nodes) + 2:

@@ -74,21 +74,32 @@ class PlanError(RuntimeError):
 class Problem:
     """Stops, weights and constraints of a plan.
 
-    stops: (conditions by order of derivative, time or None), as of `trajectory.polynomial`.
+    stops: (conditions by order of derivative, time or None), as of `trajectory.polynomial`, of the
+    end-effector or of the four bars.
     """
 
     robot: Robot
     stops: tuple
-    working: Any  # (2,), None: free, and the four bars are planned
+    working: Any  # (2,); None: free
     weights: dict[str, Any]
     constraints: Constraints
     scheme: Scheme
     own: OwnFunctions | None = None
+    slow: float = SLOW
 
     @cached_property
     def timed(self) -> list[tuple[int, float]]:
         """Return (number, time) of the stops whose time is given."""
         return [(k, t) for k, (_, t) in enumerate(self.stops) if t is not None]
+
+    @property
+    def rests(self) -> bool:
+        """Whether nothing but places are given, and rest at both ends."""
+        return not any(
+            order and (np.any(value) or order > 1)
+            for conditions, _ in self.stops
+            for order, value in conditions.items()
+        )
 
     @property
     def length(self) -> float:
@@ -104,7 +115,7 @@ class Problem:
         """The robot that is planned with: its dry friction smoothed, as an optimisation needs
         slopes.
         """
-        return smoothed(self.robot, SLOW * (1.0 if self.robot.turns else self.length))
+        return smoothed(self.robot, self.slow * (1.0 if self.robot.turns else self.length))
 
     @property
     def mass(self) -> float:
@@ -194,8 +205,13 @@ class Problem:
         return self.length if name in ("region", "reach") else 1.0
 
     @property
+    def in_bars(self) -> bool:
+        """Whether the stops are those of the four bars."""
+        return len(self.stops[0][0][0]) == BarCoordinates.size
+
+    @property
     def coordinates(self) -> TaskCoordinates | BarCoordinates:
-        return BarCoordinates() if self.working is None else TaskCoordinates(self.working)
+        return BarCoordinates() if self.in_bars else TaskCoordinates(self.working)
 
     def accelerations(self, motion: np.ndarray, robot: Robot | None = None) -> Accelerations:
         """Return the Accelerations of a motion (..., 3 size or more); nan out of reach."""
@@ -204,10 +220,10 @@ class Problem:
     def bar_forces(self, acc: Accelerations, tau: Any) -> Any:
         """Return the forces (..., 2), N, in the distal bars of a motion under torques (..., 2).
 
-        In one pair of working modes they are B^-1 (tau - Z q''), else those of
+        Of the end-effector's coordinates they are B^-1 (tau - Z q''), of the four bars those of
         `dynamics.bar_forces`, of numbers or symbols.
         """
-        if self.working is None:
+        if self.in_bars:
             return bar_forces(acc.rates, tau)
         return pack(*drives_forces(acc, unpack(tau, "tau")))
 

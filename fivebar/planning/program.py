@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import threading
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -71,7 +72,8 @@ def solve(
         # With smaller pivots, rounding makes minima look like saddles, and IPOPT leaves them.
         "ipopt.mumps_pivtol": 1e-2,
         "ipopt.mu_strategy": "adaptive",
-        "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
+        # Half the iterations of the default, and none of the monotone mode that whips never leave.
+        "ipopt.adaptive_mu_globalization": "never-monotone-mode",
     }
     start = {"x0": program.values(guess)} | program.bounds() | limits
     result, stats = minimized("plan", nlp, options, **start)
@@ -140,6 +142,13 @@ class Interval:
         self.high = []
         self.keep(dynamics)
         self.keep_limits()
+        self.functions = self._functions()
+
+    def to(self, stops):
+        """Return the interval of the same problem with other stops."""
+        other = copy(self)
+        other.problem = replace(self.problem, stops=stops)
+        return other
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
         """Add low <= expression <= high, numbers or one per row.
@@ -242,9 +251,8 @@ class Interval:
         parts = np.split(guess(t) / units, [size, 2 * size, 3 * size], axis=1)
         return [*parts, t[:, None] / self.time]
 
-    @cached_property
-    def functions(self):
-        """Functions of the results: end, what is kept, accelerations at both ends, cost."""
+    def _functions(self):
+        """Return functions of the results: end, what is kept, accelerations at both ends, cost."""
         edges = self.xi_ddot @ ca.DM(self.rule.powers((0.0, 1.0))[0].T)
         cost = REGULARIZING * self.cost if self.elastic else self.cost
         result = ca.vertcat(self.end, *self.kept, ca.vec(edges), cost)

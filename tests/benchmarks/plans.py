@@ -17,10 +17,10 @@ from fivebar.models.dynamics import forward_dynamics
 from fivebar.models.four_joints import bars_pose, bars_rates, closed, loop_gap
 from fivebar.planning.collocation import Scheme
 from fivebar.planning.coordinates import bars
-from fivebar.planning.plan import _PlanSearch
+from fivebar.planning.plan import _refined
 from fivebar.planning.problem import Problem, checked_weights
 from fivebar.planning.search import POINTS, ways
-from fivebar.planning.starts import first_guess, mesh_of
+from fivebar.planning.starts import Start, first_guess, mesh_of
 from fivebar.study.speed_accuracy.chart import OURS, Attempt, Chart, Method, Panel
 
 DOWN = (0.0, -9.81)
@@ -69,9 +69,8 @@ def solved(problem, path, intervals, seconds):
     """Return the plan by IPOPT from rest to rest along a path; None where there is none."""
     guess, durations = first_guess(problem, [path])
     settings = fb.Collocation(intervals=intervals, max_time=seconds)
-    search = _PlanSearch(problem, settings, (time.perf_counter(), time.thread_time()))
     try:
-        return search.run(mesh_of(intervals, durations), durations, guess)
+        return _refined(Start(problem, mesh_of(intervals, durations), durations, guess), settings)
     except fb.PlanError:
         return None
 

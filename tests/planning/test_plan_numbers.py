@@ -35,6 +35,8 @@ PLACE = {BIGLIDE: (0.01, 0.2)}
 def problem_of(robot, working):
     weights = dict.fromkeys(OBJECTIVES, 0.0) | {"effort": 1.0}
     stops = checked_stops(START, GOAL, 1.0, [])
+    if working is None:
+        stops = tuple(({0: np.zeros(4)}, t) for t in (0.0, 1.0))
     return Problem(robot, stops, working, weights, fb.Constraints(), Scheme(3))
 
 

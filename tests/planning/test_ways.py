@@ -107,7 +107,7 @@ def test_the_shortest_way_in_one_aspect_is_hardly_longer_than_the_straight_one()
     share = np.linspace(0.0, 1.0, 201)[:, None]
     points = np.array([0.05, 0.1]) + share * np.array([-0.08, 0.02])
     straight = bars(fb.igm(ROBOT, points, (-1, -1)))
-    along = _lengths(ROBOT, straight.T)[-1]
+    along = _lengths(ROBOT, straight)[-1]
     assert 0.8 * along < ways(ROBOT, begin, end)[0].length <= along
 
 
