@@ -106,7 +106,7 @@ class PathCheck:
 def check_path(
     robot: FiveBar | Biglide,
     path: Callable,
-    working: ArrayLike = (-1, -1),
+    working: ArrayLike | None = None,
     tolerance: float | None = None,
     constraints: Constraints | None = None,
 ) -> PathCheck:
@@ -124,8 +124,8 @@ def check_path(
     path : callable
         t (n,) s -> (xi, xi_dot, xi_ddot), each (n, 2), from path.start (default 0) for
         path.duration s.
-    working : (2,)
-        Working modes, +1 or -1.
+    working : (2,), optional
+        Working modes, +1 or -1. By default those of a plan, else (-1, -1).
     tolerance : float, optional
         Share of the largest inertial force on the path up to which the criterion counts as 0. By
         default it is the path's own `error`, at least 1e-6.
@@ -139,7 +139,8 @@ def check_path(
     Raises
     ------
     ValueError
-        The path is not callable or not finite; the message names the time.
+        The path is not callable or not finite; the message names the time. Or it is a plan between
+        Poses, that may pass several modes, and none are given.
 
     References
     ----------
@@ -154,6 +155,13 @@ def check_path(
     """
     if tolerance is None:
         tolerance = max(EXACT, float(getattr(path, "error", 0.0)))
+    if working is None:
+        working = getattr(path, "working", (-1, -1))
+        if working is None:
+            raise ValueError(
+                "check_path: this plan is free of modes, and a path is checked in one pair: name"
+                " working, or read plan.accelerations(t).rates.pose.sines and .det_A"
+            )
     path = _finite(path)
     start, stop, largest = _times(path)
     working = check_modes(working, "working")

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.checks import instance, number, optional, positive, whole
+from ..base.progress import progress
 from ..base.robot_uses import takes_robot
 from ..constraints.constraints import Constraints, kept_by
 from ..models.geometry import Pose, igm
@@ -169,9 +170,9 @@ def plan(
     >>> plan(0.5)[0].round(6).tolist()
     [0.08, 0.075]
     """
-    began = _now()
     constraints = Constraints() if constraints is None else constraints
     collocation = Collocation() if collocation is None else collocation
+    clock = _Clock(collocation)
     own = OwnFunctions.of(own_costs(objective), constraints.functions)
     constraints = replace(constraints, functions=())
     free = isinstance(start, Pose) or isinstance(goal, Pose)
@@ -193,6 +194,10 @@ def plan(
             " it is 0"
         )
     rule = Scheme(collocation.degree)
+    if duration is not None and not (weights["effort"] or weights["jerk"] or (own and own.costs)):
+        raise ValueError(
+            'plan: with a duration all motions take as long: leave it out, or weigh "effort" too'
+        )
     if free:
         ways = ways_between(robot, start, goal, duration, via)
         if not ways:
@@ -204,9 +209,8 @@ def plan(
             for stops, paths, _ in ways
         ]
         refuse_massless(problems[0][0])
-        is_over = partial(_is_over, collocation, began)
-        starts, swings = starts_between(problems, collocation.intervals, is_over)
-        return _best(starts, collocation, began, len(ways), swings)
+        starts, swings = starts_between(problems, collocation.intervals, clock.is_over)
+        return _best(starts, clock, len(ways), swings)
     refuse_singular_everywhere(robot, working, "plan")
     stops = checked_stops(point_of(start), point_of(goal), duration, via)
     problem = Problem(robot, stops, working, weights, constraints, rule, own)
@@ -219,27 +223,27 @@ def plan(
             "plan: this motion must cross a Type-2 singularity, where without a torque among the"
             ' constraints or a weight on "effort" the torque has no bound'
         )
-    starts, ways, swings = _along_points(problem, collocation, began)
-    return _best(starts, collocation, began, ways, swings)
+    return _best(*_along_points(problem, clock))
 
 
-def _along_points(problem, collocation, began):
-    """Return starts, that of least cost on the coarse mesh first, number of ways and of swings.
+def _along_points(problem, clock):
+    """Return starts, the clock, and how many ways and swings were tried.
 
     A robot with weight is improved in its four bars, as between Poses: motions that fall, swing up
     again or wait may cost a fifth of the straight one, which is the last resort there.
     """
     guess, durations = first_guess(problem)
-    straight = Start(problem, mesh_of(collocation.intervals, durations), durations, guess)
+    intervals = clock.collocation.intervals
+    straight = Start(problem, mesh_of(intervals, durations), durations, guess)
     if not problem.fall or not problem.rests:
-        return [straight], 1, 0
+        return [straight], clock
     ways = in_bars(problem)
-    is_over = partial(_is_over, collocation, began)
-    starts, swings = starts_between(ways, collocation.intervals, is_over)
-    return [*(start for start in starts if start.cost < math.inf), straight], len(ways), swings
+    starts, swings = starts_between(ways, intervals, clock.is_over)
+    improved = [start for start in starts if start.cost < math.inf]
+    return [*improved, straight], clock, len(ways), swings
 
 
-def _best(starts, collocation, began, ways=1, swings=0):
+def _best(starts, clock, ways=1, swings=0):
     """Return the best plan of those that the starts lead to.
 
     What a motion costs on the coarse mesh says little, on the first mesh of its plan much. So the
@@ -247,7 +251,7 @@ def _best(starts, collocation, began, ways=1, swings=0):
     that costs least, until it is accurate. Where two starts fail, the ways that were not improved
     on the coarse mesh are tried; where all do, the shortest one is insisted on.
     """
-    is_over = partial(_is_over, collocation, began)
+    is_over = clock.is_over
     alone = len(starts) == 1
     rest = list(starts)
     begun: list[_PlanSearch] = []
@@ -265,7 +269,7 @@ def _best(starts, collocation, began, ways=1, swings=0):
         return True
 
     def begin(start, insists):
-        search = _PlanSearch(start, collocation, began, insists, intervals)
+        search = _PlanSearch(start, clock, insists, intervals)
         if attempt(search, search.begin) and not any(map(search.is_like, begun)):
             begun.append(search)
 
@@ -302,37 +306,52 @@ def _best(starts, collocation, began, ways=1, swings=0):
     dearer = [each.cost for each in (*begun, *rest) if each.cost > (1 + AGAIN) * least]
     is_cut = is_over() or min(lost) < least
     tried = Tried(ways, swings, min(dearer, default=None), is_cut)
-    seconds = time.perf_counter() - began[0]
     left = [search.again for search in begun if search.plan is not plans[0]] + rest
-    others = tuple(partial(_refined, start, collocation) for start in left[:ALTERNATIVES])
-    return replace(plans[0], tried=tried, others=others, solve_time=seconds)
+    others = tuple(partial(_refined, start, clock.collocation) for start in left[:ALTERNATIVES])
+    return replace(plans[0], tried=tried, others=others, solve_time=clock.seconds)
 
 
 def _refined(start, collocation):
     """Return the accurate plan that a start leads to; PlanError."""
-    search = _PlanSearch(start, collocation, _now())
+    search = _PlanSearch(start, _Clock(collocation))
     search.begin()
     while not search.accurate:
         search.step()
     return search.plan
 
 
-def _now():
-    return time.perf_counter(), time.thread_time()
+class _Clock:
+    """The time since a search began, and what is left of it; a bar shows its steps."""
 
+    def __init__(self, collocation):
+        self.collocation = collocation
+        self.began = time.perf_counter()
+        self.worked = time.thread_time()
+        self.bar = progress(desc="plan", unit=" steps", delay=2, leave=False)
 
-def _is_over(collocation, began):
-    return time.thread_time() - began[1] > collocation.max_time
+    @property
+    def seconds(self):
+        """The time, s, that a user has waited."""
+        return time.perf_counter() - self.began
+
+    @property
+    def left(self):
+        """The processor time, s, that is left."""
+        return self.collocation.max_time - (time.thread_time() - self.worked)
+
+    def is_over(self):
+        self.bar.update()
+        return self.left < 0
 
 
 class _PlanSearch:
     """The search for a plan from one start, on finer and finer meshes; it names what is wrong.
 
-    began: when all of it did, s by the clock and of this thread. insists: try again where IPOPT
-    does not converge, and find out which limits cannot be met. intervals: those that are built.
+    insists: try again where IPOPT does not converge, and find out which limits cannot be met.
+    intervals: those that are built.
     """
 
-    def __init__(self, start, collocation, began, insists=True, intervals=None):
+    def __init__(self, start, clock, insists=True, intervals=None):
         self.start = start
         self.problem = start.problem
         self.smoothings = []
@@ -341,10 +360,9 @@ class _PlanSearch:
             self.problem = replace(self.problem, slow=first)
             self.smoothings = [*rest, start.problem.slow][::-1]
         self.cost = start.cost
-        self.collocation = collocation
-        self.began = began
+        self.clock = clock
         self.insists = insists
-        self.tolerance = collocation.tolerance
+        self.tolerance = clock.collocation.tolerance
         self.intervals = {} if intervals is None else intervals
         self.meshes = []
         self.best = None  # the last plan that converged
@@ -421,8 +439,8 @@ class _PlanSearch:
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
     def solve(self, mesh, durations, guess, elastic=False):
-        most = self.collocation.max_time
-        left = most - (time.thread_time() - self.began[1])
+        most = self.clock.collocation.max_time
+        left = self.clock.left
         if not self.insists:
             left = min(left, (PART, MORE)[self.best is not None] * most)
         problem = self.problem
@@ -432,13 +450,13 @@ class _PlanSearch:
         found = solve(self.intervals[key].to(problem.stops), mesh, durations, guess, left)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
-        seconds = time.perf_counter() - self.began[0]  # what a user waits
+        seconds = self.clock.seconds
         self.meshes.append(PlanMesh(*done, seconds))
         plan = replace(plan, meshes=tuple(self.meshes), solve_time=seconds)
         if found.solved and not elastic:
             self.best = plan
-        if _is_over(self.collocation, self.began):
-            reason = f"no solution within max_time = {self.collocation.max_time:g} s"
+        if self.clock.is_over():
+            reason = f"no solution within max_time = {most:g} s"
             raise self.failure(self.best or plan, reason, found.status)
         return found, plan
 
@@ -467,13 +485,18 @@ class _PlanSearch:
         return found, plan
 
     def failure(self, plan, reason, status, names=(*LIMITS, "reach"), least=()):
-        if self.problem.own is not None and "functions" in names:
-            names = *names, *self.problem.own.constraints
-            if reason.startswith("IPOPT"):
+        problem = self.problem
+        fails = reason.startswith("IPOPT")
+        if problem.own is not None and "functions" in names:
+            names = *names, *problem.own.constraints
+            if fails:
                 reason += " (functions of your own need slopes that do not jump, as at a root of 0)"
+        limits = problem.constraints.torque, problem.constraints.motors
+        if fails and problem.working is None and not problem.weights["effort"] and not any(limits):
+            reason += " (nothing bounds the torque: a constraint would, or a weight on effort)"
         broken = {name: value for name, value in plan.violations.items() if name in names}
         broken.update(least)
-        why = f"{reason}{self.problem.listed(broken)}"
+        why = f"{reason}{problem.listed(broken)}"
         return PlanError(f"plan: {why}", broken, plan, status)
 
 

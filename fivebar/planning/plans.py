@@ -147,8 +147,10 @@ class Plan(Animated):
         ways, swings, next_best, cut = self.tried
         notes = []
         if swings or ways > 1:
-            and_swings = f" and {swings} swings" if swings else ""
-            notes.append(f"{ways} ways{and_swings} were tried on a coarse mesh")
+            counts = [
+                f"{n} {word}{'s' * (n > 1)}" for n, word in ((ways, "way"), (swings, "swing")) if n
+            ]
+            notes.append(f"{' and '.join(counts)} were tried on a coarse mesh")
         if next_best is not None:
             more = f"{next_best / self.objective:.3g} times this one" if self.objective else "more"
             notes.append(f"the next best motion costs {next_best:.4g}, {more}: see alternatives")

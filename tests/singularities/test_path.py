@@ -401,3 +401,17 @@ def test_of_legs_that_differ_no_mode_is_singular_everywhere(change):
     robot = fb.FiveBar(**dict(l11=0.07, l12=0.09, l21=0.07, l22=0.09, d=0.0) | change)
     check = fb.check_path(robot, fb.line((0.02, 0.08), (0.05, 0.1), 1.0))
     assert not check.everywhere and "everywhere" not in repr(check)
+
+
+def test_a_plan_is_checked_in_its_own_modes_and_refused_where_it_has_none():
+    robot = fb.FiveBar()
+    ends = [fb.igm(robot, point, (1, -1)) for point in ((0.05, 0.12), (0.03, 0.1))]
+    plan = fb.plan(robot, *ends, 1.0, constraints=fb.Constraints(sin=0.05))
+    pose = plan.accelerations(np.linspace(0.0, 1.0, 2001)).rates.pose
+    least = np.abs([*pose.sines, pose.det_A]).min()
+    assert plan.working == (1, -1)
+    assert fb.check_path(robot, plan).min_margin == pytest.approx(least, abs=1e-4)
+    free = fb.plan(robot, *ends, 1.0)
+    with pytest.raises(ValueError, match="this plan is free of modes"):
+        fb.check_path(robot, free)
+    assert fb.check_path(robot, free, (1, -1)).singularity_free
