@@ -9,9 +9,13 @@ from typing import Any
 from tqdm import tqdm
 
 
+class _Bar(tqdm):
+    monitor_interval = 0  # No thread that watches bars: IPOPT's time limit counts all threads.
+
+
 def progress(iterable: Iterable | None = None, **options: Any) -> tqdm:
     """Return tqdm(iterable, **options), which writes nothing where stderr is no terminal or in a
     worker process.
     """
     is_worker = parent_process() is not None  # several workers would tear each other's bars
-    return tqdm(iterable, disable=is_worker or None, dynamic_ncols=True, **options)
+    return _Bar(iterable, disable=is_worker or None, dynamic_ncols=True, **options)

@@ -60,7 +60,8 @@ NEAR = 0.1  # of a distal bar: motions that are nowhere farther apart are one
 SMOOTHINGS = 1.0, 0.2  # rad/s, of dry friction, on the first meshes
 FAILURES = 8  # of starts, after which the search ends
 CHANCES = 2  # of them from the coarse mesh
-# Of the time: at most, on the first mesh and on a finer one of a start that is not insisted on.
+# Of the time: at most, on the first mesh and on a finer one of a start that is not insisted on, and
+# half of what is left.
 PART, MORE = 0.1, 0.25
 
 
@@ -281,11 +282,11 @@ def _best(starts, clock, ways=1, swings=0):
     while rest and not begun and len(failures) < FAILURES and not is_over():
         dearest = math.inf
         while rest and len(begun) < LOOKED and rest[0].cost <= dearest and not is_over():
+            if len(failures) >= CHANCES:
+                rest.sort(key=lambda start: start.cost < math.inf)
             begin(rest.pop(0), alone)
             if begun:
                 dearest = WORTH * starts[0].cost
-            elif len(failures) == CHANCES:
-                rest.sort(key=lambda start: start.cost < math.inf)
             elif len(failures) == FAILURES:
                 break
         if not (begun or alone or is_over()):
@@ -442,7 +443,7 @@ class _PlanSearch:
         most = self.clock.collocation.max_time
         left = self.clock.left
         if not self.insists:
-            left = min(left, (PART, MORE)[self.best is not None] * most)
+            left = min(left / 2, (PART, MORE)[self.best is not None] * most)
         problem = self.problem
         key = problem.slow, elastic, problem.in_bars, float(self.start.durations.sum())
         if key not in self.intervals:
