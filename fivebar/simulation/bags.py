@@ -77,7 +77,7 @@ def read_bag(
     ImportError
         The package rosbags is not installed.
     """
-    if len(joints) != 2:
+    if len(joints) != 2 or joints[0] == joints[1]:
         raise ValueError(f"joints must be the names of the left and the right one, not {joints!r}")
     highlevel, rosbag2, types = _rosbags()
     name = str(path)

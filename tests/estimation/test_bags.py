@@ -139,6 +139,7 @@ def test_messages_are_in_the_order_of_their_stamps(tmp_path):
     "topics, options, words",
     [
         ({"/s": states}, {"joints": ("a", "b")}, "/s has no joints a and b, but elbow, left_motor"),
+        ({"/s": states}, {"joints": ("left_motor", "left_motor")}, "the left and the right one"),
         ({"/s": states}, {"topic": "/t"}, "no messages sensor_msgs/JointState in /t; .* in /s"),
         ({"/s": states, "/t": states}, {}, "in /joint_states; it has them in /s, /t"),
         ({"/pose": poses}, {}, "in /joint_states; it has them in no topic, and the topics /pose"),

@@ -126,3 +126,11 @@ def test_no_motion_depends_on_the_last_digits():
     t = np.linspace(0, 3.999, 50)
     assert np.abs(own(t)[0] - other(t)[0]).max() < 1e-6
     assert other.condition == pytest.approx(own.condition, rel=1e-3)
+
+
+def test_what_no_motion_tells_and_torques_that_hold_no_pose_are_refused_at_once():
+    with pytest.raises(ValueError, match="unknown: .*mx11"):
+        fb.exciting_trajectory(fb.FiveBar(), unknown=["mx11"])
+    upright = fb.FiveBar(gravity=(0, -9.81))
+    with pytest.raises(ValueError, match="no motion was found .* ask for less margin, more torque"):
+        fb.exciting_trajectory(upright, torque=0.01)

@@ -34,7 +34,7 @@ from ...models.geometry import dgm
 from ...models.kinematics import dkm, dkm2
 from ...models.robots import Robot
 from ...planning.trajectory import Trajectory
-from .dependent_columns import EXACT, any_motion, independent
+from .dependent_columns import EXACT, any_motion, independent, sentences
 from .identify import sought_names
 from .regressor import linear_names, regressor
 
@@ -190,7 +190,9 @@ def exciting_trajectory(
     margin = number(margin, "margin", 0.01, 0.9)
     names = linear_names(robot)
     columns = [names.index(name) for name in sought_names(robot, unknown)]
-    told, _ = independent(any_motion(robot, assembly, working), columns, EXACT)
+    told, unseen = independent(any_motion(robot, assembly, working), columns, EXACT)
+    if not told:
+        raise ValueError(f"unknown: {'; '.join(sentences(robot, unseen, everywhere=True))}")
     limits = rate, acceleration, torque
     rng = np.random.default_rng(seed)
     with progress(
@@ -199,11 +201,7 @@ def exciting_trajectory(
         search = _Search(robot, period, harmonics, limits, margin, working, assembly, told, bar)
         shape = _best(search, [search.random(rng) for _ in range(starts)])
     if shape is None:
-        raise ValueError(
-            f"no motion was found within these limits, of working modes {working} and assembly mode"
-            f" {assembly:+d}, with |sines| and |det A| above {margin:g}: ask for less margin, more"
-            " torque, or other modes"
-        )
+        raise search.no_motion()
     t = np.linspace(0, period, 3000)
     series = search.series(shape, 0.999 * search.amplitude(shape, t))
     q, q_dot, q_ddot = series.joints(t)
@@ -262,6 +260,13 @@ class _Search:
         self.costs = {}
         self.call = Buffered(_margins_and_torques(robot, assembly))
 
+    def no_motion(self):
+        return ValueError(
+            f"no motion was found within these limits, of working modes {self.working} and assembly"
+            f" mode {self.assembly:+d}, with |sines| and |det A| above {self.margin:g}: ask for"
+            " less margin, more torque, or other modes"
+        )
+
     def random(self, rng):
         """Return a shape whose centre is a pose of the modes."""
         reach = np.pi if self.robot.turns else self.widest
@@ -270,6 +275,8 @@ class _Search:
             centre = rng.uniform(-reach, reach, 2)
             if self.keeps(centre[None], still, still):
                 break
+        else:
+            raise self.no_motion()
         count = sum(basis.shape[1] for basis in self.at_rest)
         return np.concatenate([centre, rng.normal(size=2 * count)])
 
