@@ -298,6 +298,9 @@ def _best(starts, clock, ways=1, swings=0):
             search = min(left, key=lambda search: (search.refinements, search.cost))
             if not attempt(search, search.step):
                 begun.remove(search)
+    if not failures and not any(search.accurate for search in begun):
+        # The time is over, as a further step says.
+        attempt(begun[0], begun[0].step) if begun else begin(starts[0], alone)
     begun.sort(key=lambda search: search.cost)
     plans = [search.plan for search in begun if search.accurate]
     if not plans:

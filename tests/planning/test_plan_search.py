@@ -281,3 +281,16 @@ def test_a_plan_between_points_under_weight_waits_where_that_costs_less(coulomb,
 def test_a_given_duration_leaves_nothing_to_gain_in_time():
     with pytest.raises(ValueError, match="with a duration all motions take as long"):
         fb.plan(ROBOT, START, GOAL, 1.0, objective="time", constraints=fb.Constraints(torque=1.0))
+
+
+@pytest.mark.parametrize("seconds", [1e-6, 0.3, 0.6, 1.0])
+@pytest.mark.parametrize("between_poses", [False, True])
+def test_a_search_whose_time_is_over_at_any_step_says_so(seconds, between_poses):
+    robot = fb.FiveBar(gravity=(0.0, -9.81))
+    ends = [fb.igm(robot, point, (-1, -1)) if between_poses else point for point in (START, GOAL)]
+    try:
+        plan = fb.plan(robot, *ends, 1.0, collocation=fb.Collocation(max_time=seconds))
+    except PlanError as error:
+        assert f"no solution within max_time = {seconds:g} s" in str(error)
+    else:
+        assert plan.error <= 1e-3 and seconds > 0.1
