@@ -1,5 +1,7 @@
 """Logs as drives write them: counts that stay for many rows, torques at the rows' times, wrong rows."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -131,3 +133,28 @@ def test_masses_that_come_out_below_0_by_noise_are_said_to_be_unsure_and_bodies_
     found = fb.identify(KNOWN, log, consistent=True)
     assert min(found.values[name] for name in ("zz1", "zz2", "m")) > 0.0
     assert np.abs(errors(found)).max() < 3.0
+
+
+@pytest.mark.parametrize("rows", [6, -12])
+def test_the_delay_of_torques_is_told_as_it_is(rows):
+    """A model without the parameters that seem to be 0 then took a half of 6 ms for itself."""
+    heavy = {"11": 0.2, "12": 0.08, "21": 0.2, "22": 0.08}
+    robot = fb.FiveBar.from_links(
+        0.09,
+        0.09,
+        0.09,
+        0.09,
+        0.118,
+        heavy,
+        payload=0.1,
+        gravity=(0.0, -9.81),
+        coulomb=(8e-3, 5e-3),
+    )
+    log = log_of(1000, 20.0, 2.0, 0, 1e-5)
+    moved = motion(log["t"] - rows * 1e-3, 2.0)
+    noise = 1e-3 * np.random.default_rng(3).normal(size=log["q"].shape)
+    log["tau"] = torques_of(robot, *moved) + noise
+    notes = "; ".join(fb.identify(fb.FiveBar(gravity=(0.0, -9.81)), log).notes)
+    late, sd, word = re.search(r"come (\S+) ± (\S+) ms too (late|early)", notes).groups()
+    assert word == ("late" if rows > 0 else "early")
+    assert abs(float(late) - abs(rows)) < 3 * float(sd) < 0.3 * abs(rows)

@@ -24,7 +24,12 @@ from fivebar.estimation.identification.identify import (
 from fivebar.estimation.identification.regression import RegressionFit, fit
 from fivebar.estimation.identification.regressor import linear_names, regressor
 from fivebar.estimation.identification.samples import Samples
-from fivebar.estimation.identification.suspicions import _noise, _suspicions, beyond_the_model
+from fivebar.estimation.identification.suspicions import (
+    _noise,
+    _suspicions,
+    beyond_the_model,
+    lateness,
+)
 from fivebar.estimation.logs import replays
 from fivebar.estimation.logs.derivatives import derivatives
 from fivebar.estimation.logs.logs import Log
@@ -61,7 +66,10 @@ def sample_of(rng, n=3000, step=1e-3, cutoff=15.0, delay=0.0, noise=0.0, wrong=0
 
 def told(sample, theta):
     last = fit(sample.rows, MASSES)
-    return beyond_the_model(ROBOT, sample, MASSES, theta, last), last
+    known = theta.copy()
+    known[MASSES] = 0.0
+    delay = lateness(sample, MASSES, theta[MASSES], known)
+    return beyond_the_model(ROBOT, sample, MASSES, theta, last, delay), last
 
 
 @pytest.mark.parametrize("delay, word", [(2e-3, "late"), (-1.5e-3, "early")])

@@ -144,11 +144,9 @@ def identify(
         # sample early. Which it is shows where the encoders' noise bends nothing.
         held_logs = [(own, True) for own, _ in logs]
         held_found, held_rows = sampled(lowest, held_logs)
-        whole = known.copy()
-        whole[told] = full.theta
         longest = _longest(found)
         half = longest.step / 2
-        late, sd, *_ = lateness(longest, told, whole)
+        late, sd, *_ = lateness(longest, told, full.theta, known)
         evidence = (late**2 - (late + half) ** 2) / (2 * sd**2)
         surely_held = evidence > SIGNIFICANT
         alternatives = (rows, held_rows, expit(-evidence if surely_held else evidence))
@@ -189,10 +187,13 @@ def identify(
         apart = fit(held_rows, chosen).theta - fit(at_times, chosen).theta
         cov = cov + doubt * np.outer(apart, apart)
     sd = np.sqrt(np.diag(cov))
+    longest = _longest(found)
+    # A model that lacks what was left out takes a part of the delay.
+    delay = lateness(longest, told, full.theta, known)
     whole = known.copy()
     whole[chosen] = theta
     notes += [sentence for each in found for sentence in each.notes]
-    notes += beyond_the_model(result, _longest(found), chosen, whole, last)
+    notes += beyond_the_model(result, longest, chosen, whole, last, delay)
     by_known = rows.W @ known
     identified = Identification(
         robot=result,

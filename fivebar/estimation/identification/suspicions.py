@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain, product
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -154,33 +155,45 @@ def _exchanged(log, *names):
     return replace(log, **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None})
 
 
-def lateness(
-    sample: Samples, chosen: list[int], theta: ndarray
-) -> tuple[float, float, float, float]:
-    """Return by how much torques are late, s, its deviation, its share of them, and the misfit.
+class Delay(NamedTuple):
+    """By how much torques are late, s, its deviation, its share of them, and the misfit with it."""
 
-    The arguments are those of `beyond_the_model`. The deviation is infinite where the rate of the
-    torques is a sum of the columns.
+    late: float
+    sd: float
+    share: float
+    misfit: float
+
+
+def lateness(sample: Samples, told: list[int], theta: ndarray, known: ndarray) -> Delay:
+    """Return the delay of the torques beside a model.
+
+    told, theta: its columns and their values; known: those of all columns, 0 there. The deviation
+    is infinite where the rate of the torques is a sum of the columns.
     """
-    others = theta.copy()
-    others[chosen] = 0.0
+    whole = known.copy()
+    whole[told] = theta
     pieces = []
     for t, W, tau, counts in sample.pieces:
-        rate = np.gradient(W @ theta, sample.step, axis=0)
-        own = np.concatenate([W[:, :, chosen], rate[..., None]], axis=2)
-        pieces.append((t, own, tau - W @ others, counts))
+        rate = np.gradient(W @ whole, sample.step, axis=0)
+        own = np.concatenate([W[:, :, told], rate[..., None]], axis=2)
+        pieces.append((t, own, tau - W @ known, counts))
     rows = filtered(pieces, sample.step, sample.cutoff)
-    columns = list(range(len(chosen) + 1))
+    columns = list(range(len(told) + 1))
     if independent(rows.W, columns, 1e-3)[0] != columns:
-        return 0.0, np.inf, 0.0, np.inf
+        return Delay(0.0, np.inf, 0.0, np.inf)
     shifted = fit(rows, columns)
     late = -float(shifted.theta[-1])
     share = abs(late) * np.linalg.norm(rows.W[:, :, -1]) / np.linalg.norm(rows.tau)
-    return late, float(np.sqrt(shifted.cov[-1, -1])), float(share), shifted.misfit
+    return Delay(late, float(np.sqrt(shifted.cov[-1, -1])), float(share), shifted.misfit)
 
 
 def beyond_the_model(
-    robot: Robot, sample: Samples, chosen: list[int], theta: ndarray, last: RegressionFit
+    robot: Robot,
+    sample: Samples,
+    chosen: list[int],
+    theta: ndarray,
+    last: RegressionFit,
+    delay: Delay,
 ) -> list[str]:
     """Return sentences on what the log shows besides the model.
 
@@ -196,9 +209,11 @@ def beyond_the_model(
         The values of all parameters.
     last : RegressionFit
         The last fit.
+    delay : Delay
+        That of its torques.
     """
     efforts = f"{robot.words.effort}s"
-    late, sd, share, misfit = lateness(sample, chosen, theta)
+    late, sd, share, misfit = delay
     notes = []
     if abs(late) > 6.0 * sd and share > 2e-3:
         word = "late" if late > 0 else "early"
