@@ -113,7 +113,7 @@ def judge(
     if share == 1:
         return Verdict(1.0, rows=n, remarks=remarks, beside=beside)
     with np.errstate(all="ignore"):
-        changing = varies(came, expected)
+        changing = varies(_totals(exercise, came), _totals(exercise, expected))
     answers = Answers(exercise, robot, columns, came, expected, limits, good, refused)
     # A refusal that is only not counted tells less than a wrong answer.
     wrong = np.flatnonzero(~good).tolist()
@@ -149,6 +149,11 @@ def varies(came: np.ndarray, expected: np.ndarray) -> bool:
     spread = np.nan_to_num(came).max(axis=0) - np.nan_to_num(came).min(axis=0)
     wanted = np.nanmax(expected, axis=0) - np.nanmin(expected, axis=0)
     return bool(2 * finite.sum() > finite.size and np.all((spread > 0) | ~(wanted > 0)))
+
+
+def _totals(exercise, numbers):
+    """Return the sum (n, returned names) of what each returned name holds."""
+    return np.stack([part.reshape(len(part), -1).sum(axis=1) for part in exercise.parts(numbers)]).T
 
 
 def numbers_right(
