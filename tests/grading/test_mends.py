@@ -94,6 +94,101 @@ def test_each_kind_of_slip_is_undone_by_a_change(right, wrong, request):
     assert kind in {told[0] for told in found}, found
 
 
+HELPERS = {
+    "another argument": ("g(a) + b", "a term", "a", "b + a"),
+    "an angle in degrees": ("radians(a) * b", "a function", "radians(a)", "a"),
+    "digits cut off": ("round(a, 1) * b", "a function", "round(a, 1)", "a"),
+    "a conjugate": (
+        "(complex(a, 2) * complex(1, b)).real",
+        "a conjugate",
+        "(complex(a, 2) * complex(1, b)).real",
+        "(complex(a, 2).conjugate() * complex(1, b)).real",
+    ),
+}
+
+
+@pytest.mark.parametrize(("wrong", "kind", "old", "new"), HELPERS.values(), ids=HELPERS)
+def test_a_slip_in_a_helper_of_two_numbers_is_undone(wrong, kind, old, new):
+    head = "from math import cos, radians\ndef g(a): return cos(a)\ndef f(x, y): return h(x, y)\n"
+    right = wrong.replace("g(a)", "g(b + a)") if old == "a" else wrong.replace(old, new)
+    sources = [f"{head}def h(a, b): return {formula}\n" for formula in (right, wrong)]
+    assert (kind, old, new) in outcomes(sources, "f", 0.37, 0.61)
+
+
+def test_a_call_gets_its_arguments_in_the_order_of_their_names():
+    source = "def g(a, b, c, d, e): return a - b * c + d / e\ndef f(a, b, c, d, e): return g(a, b, c, d, e)\n"
+    wrong = source.replace("return g(a, b, c, d, e)", "return g(e, c, b, a, d)")
+    found = outcomes((source, wrong), "f", 0.3, 0.7, 1.1, 0.2, 0.9)
+    assert ("the order", "g(e, c, b, a, d)", "g(a, b, c, d, e)") in found
+
+
+def test_signs_of_the_function_itself_come_before_those_in_what_it_calls():
+    source = "def g(a):\n    return -(a + a**2 + a**3)\ndef f(a):\n    return 1 - g(a)\n"
+    told = [
+        change.told for change in Variants(ast.parse(source).body, "f", [], [], WAVES[0]).changes
+    ]
+    signs = [function for _, kind, function, *_ in told if kind == "a sign"]
+    assert signs[0] == "f" and "g" in signs
+
+
+LAB_2 = """import numpy as np
+l11 = l12 = l21 = l22 = 0.09
+d = 0.118
+def unit(a):
+    return np.array([np.cos(a), np.sin(a)])
+def distal(a, b):
+    return unit(a + b)
+def turn(u):
+    return np.array([-u[1], u[0]])
+def A(q11, q12, q21, q22):
+    return np.array([distal(q11, q12), distal(q21, q22)])
+def B(q11, q12, q21, q22):
+    return np.diag([l11 * turn(unit(q11)) @ distal(q11, q12), l21 * turn(unit(q21)) @ distal(q21, q22)])
+def dkm(q11, q12, q21, q22, q11D, q21D):
+    if abs(np.sin(q11 + q12 - q21 - q22)) < 1e-9:
+        raise ZeroDivisionError
+    return np.linalg.inv(A(q11, q12, q21, q22)) @ B(q11, q12, q21, q22) @ [q11D, q21D]
+def ikm(q11, q12, q21, q22, xD, yD):
+    if min(abs(np.sin([q12, q22]))) < 1e-9:
+        raise ZeroDivisionError
+    return np.linalg.solve(B(q11, q12, q21, q22), A(q11, q12, q21, q22) @ [xD, yD])
+def dkm_passive(q11, q12, q21, q22, q11D, q21D, xD, yD):
+    v = [xD, yD]
+    a = turn(distal(q11, q12)) @ (v - l11 * q11D * turn(unit(q11))) / l12 - q11D
+    b = turn(distal(q21, q22)) @ (v - l21 * q21D * turn(unit(q21))) / l22 - q21D
+    return a, b
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "spot"),
+    [
+        ("unit(a + b)", "unit(b)", "line 7: b: right answers come with a + b"),
+        (
+            "[np.cos(a), np.sin(a)]",
+            "[np.cos(a := np.deg2rad(a)), np.sin(a)]",
+            "line 5: np.deg2rad(a): right answers come with a",
+        ),
+    ],
+)
+def test_a_slip_in_a_helper_of_all_functions_is_paid_for_by_the_first(tmp_path, old, new, spot):
+    path = tmp_path / "my.py"
+    path.write_text(LAB_2.replace(old, new), "utf-8")
+    found = grade(find_lab("lab2"), Job(path, seed="mends"))
+    wrong = [check for check in found.checks if check.share < 1]
+    assert found.points == 18 and {check.function for check in wrong} == {"A"}
+    assert {check.spot for check in wrong} == {spot}
+
+
+def test_what_refused_rightly_does_so_after_a_change(tmp_path):
+    """With the cosine for the sine in the condition, nothing is refused any more."""
+    path = tmp_path / "my.py"
+    path.write_text(LAB_2.replace("[q12, q22]))) < 1e-9", "[q12, q22]))) < 1e-6"), "utf-8")
+    found = grade(find_lab("lab2"), Job(path, seed="mends"))
+    (wrong,) = (check for check in found.checks if check.share < 1)
+    assert wrong.function == "ikm" and "cos" not in wrong.spot
+
+
 def test_a_line_of_one_leg_is_tried_as_that_of_the_other():
     right = (
         "def f(q11, q21):\n    q11DD = q11 / (2 + q11) + q11**3\n"

@@ -89,6 +89,9 @@ SHAPES = "Write the shapes and the meaning of rows and columns beside each matri
 PRODUCTS = "What does * do with two arrays, and what does @ do?"
 ANGLE = "Draw the angle: which side of the triangle is the cosine, which the sine?"
 ARC = "An arc has no sign of its own. Which two numbers tell atan2 the quadrant?"
+DEGREES = "In which unit are angles here, and which one do sin and cos expect?"
+ROUNDED = "How many digits does a number need that others build on?"
+ABSOLUTE = "What does a negative number mean here?"
 WHOLE = "What does an array of whole numbers do with a fraction that is put into it?"
 BRACKETS = "In which order does Python compute your formula? Where do brackets belong?"
 INDICES = "Read each index in your formula: which row, which column, which leg is it?"
@@ -99,10 +102,14 @@ DRAWN = "Draw the vector: which way does it point, and which way should it?"
 # Kind of the change; what stands there => what would be right; what it is called; its hint, where a
 # name in braces is a hint above.
 KINDS = r"""
+a function; ^\S*(deg|rad)\w*\(; an angle converted from or to degrees; {DEGREES}
+a function; ^(np\.)?f?abs\w*\(; an absolute value too much; {ABSOLUTE}
+a function; ^\S*round\(|astype; a rounded number; {ROUNDED}
 a function; tan\(.*=>.*tan2\(; atan for atan2; {ATAN}
 a function; (cos|sin)\(.*=>.*tan2\(; an arc in place of a direction; {ARC}
 a function; \ba(rc)?(cos|sin)\b; arcsine and arccosine exchanged; {ANGLE}
 a function; \b(sin|cos)\b; sine and cosine exchanged; {ANGLE}
+a conjugate; ; a conjugate forgotten; What is the scalar product of vectors as complex numbers?
 a function; ; another function; What does each function that you call give?
 a sign; ; a wrong sign; {SIGNS}
 a square; \*\*.*=>.*\*; a square in place of a product; {UNITS}
@@ -120,6 +127,7 @@ a formula; ; a wrong formula; {TERMS} Which lengths and angles does it hold?
 a bracket; ; a bracket in the wrong place; {BRACKETS}
 a variable; ^[\w.]+ => [\w.]+$; {old} in place of {new}; {NAMES}
 a variable; => .*(inv|solve)\(; the wrong matrix inverted; {MATRICES}
+a variable; (multiply|diag)\(.*=> .* @ ; element by element in place of a matrix product; {PRODUCTS}
 a variable; => .* @ ; a matrix forgotten in a product; {SHAPES}
 a variable; ; a wrong name; {NAMES}
 an index; ; a wrong index; {INDICES}
@@ -320,8 +328,10 @@ def named_change(
 
 def _related(old, new, quantity, others):
     """Return the name and the hint of what relates a wrong value to the right one, None where
-    nothing does.
+    nothing does, or where they are the same but for rounding.
     """
+    if _alike(old, new):
+        return None
     with np.errstate(all="ignore"):
         for name, hint, holds, *but_for_sign in ALONE if quantity else ():
             a, b = holds(old, new)

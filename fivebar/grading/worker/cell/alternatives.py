@@ -135,7 +135,9 @@ def alternatives(place: Place) -> Alternatives:
     node = place.node
     if type(node) in _OF:
         yield from _OF[type(node)](place)
-    if place.term and isinstance(node, ast.BinOp | ast.Call | ast.Name | ast.Subscript):
+    stored = isinstance(getattr(place.parent, "ctx", None), ast.Store)
+    signed = ast.BinOp | ast.Call | ast.Name | ast.Subscript
+    if place.term and not stored and isinstance(node, signed):
         yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
     whole = isinstance(place.parent, ast.stmt | ast.Lambda | ast.List | ast.Tuple)
     if whole or isinstance(node, ast.Call):
@@ -196,13 +198,23 @@ def _of_name(place):
     name, scope = place.node.id, place.scope
     rank = int(_is_given_by_name(place))
     yield from ((rank, "a variable", name_of(other)) for other in scope.like(name))
-    if _callee(place.parent) in ("sin", "cos"):
-        for other in scope.like(name):
-            if other[:-1] == name[:-1]:  # the direction of a bar is a sum of its leg's angles
-                yield 1, "a term", ast.BinOp(name_of(other), ast.Add(), place.node)
+    for other in _added_angles(place):
+        if other != name:
+            yield 1, "a term", ast.BinOp(name_of(other), ast.Add(), place.node)
     yield from ((0, "a function", name_of(other)) for other in _MEANT.get(name, ()))
     if name not in scope.known:
         yield from ((0, "a variable", name_of(other)) for other in scope.stored)
+
+
+def _added_angles(place):
+    """Return names of what may be forgotten in an angle: the direction of a bar is the sum of its
+    leg's angles.
+    """
+    name, scope = place.node.id, place.scope
+    if _callee(place.parent) in ("sin", "cos"):
+        return [other for other in scope.like(name) if other[:-1] == name[:-1]]
+    alone = isinstance(place.parent, ast.Call) and len(place.parent.args) == 1
+    return scope.arguments if alone and len(scope.arguments) == 2 else []
 
 
 def _is_given_by_name(place):
@@ -339,6 +351,10 @@ def _of_attribute(place):
         yield 0, "a transpose", node.value
     for other in _MEANT.get(node.attr, ()):
         yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
+        if isinstance(node.value, ast.BinOp) and isinstance(node.value.op, ast.Mult):
+            left = ast.Call(ast.Attribute(node.value.left, "conjugate", ast.Load()), [], [])
+            product = ast.BinOp(left, ast.Mult(), node.value.right)
+            yield 2, "a conjugate", ast.Attribute(product, node.attr, ast.Load())
 
 
 def _callee(node):
@@ -353,10 +369,17 @@ def _of_call(place):
     arguments, keywords = node.args, node.keywords
     if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
         return
-    if len(arguments) == 1:
+    if name == "astype" and isinstance(node.func, ast.Attribute):
+        yield 1, "a function", node.func.value
+    if len(arguments) == 1 or name == "round":
+        yield 1, "a function", arguments[0]
         if name.endswith("inv"):
             yield 2, "an inverse", arguments[0]
             yield 2, "an inverse", transposed(arguments[0])
+    named = {ast.unparse(argument): argument for argument in arguments}
+    wanted = place.scope.functions.get(name, [])
+    if {*wanted} == {*named} and wanted != [*named]:
+        yield 0, "the order", ast.Call(node.func, [named[one] for one in wanted], keywords)
     elif len(arguments) <= MOST_ARGUMENTS:
         for order in [*permutations(arguments)][1:]:
             yield 1, "the order", ast.Call(node.func, [*order], keywords)

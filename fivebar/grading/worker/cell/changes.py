@@ -144,7 +144,7 @@ class Variants:
             for one in _single_changes(scope, ranks, signs):
                 for key in one.alike:
                     groups.setdefault(key, []).append(one)
-        self.changes = _ordered(groups)
+        self.changes = _ordered(groups, function)
 
     def changed(self, number: int) -> tuple[list[ast.stmt], list[list]]:
         """Return the program's statements after a change, and the change in words."""
@@ -329,9 +329,10 @@ def _leg_read(node):
     return ast.parse(other_leg(ast.unparse(node)), mode="eval").body
 
 
-def _ordered(groups):
+def _ordered(groups, function):
     """Return the changes, of one place and of all places alike, by rank: those of more than two
-    places, both legs or both coordinates, come late, and signs of long terms before those in them.
+    places, both legs or both coordinates, come late, and signs of long terms before those in them
+    and those in other functions than the one that is looked at.
     """
     ranked, seen = [], set()
     for group in groups.values():
@@ -347,8 +348,11 @@ def _ordered(groups):
                 seen.add(key)
                 late = LATE if len(members) > 2 else 0
                 first = members[0]
-                length = len(first.key[1]) if first.kind == "a sign" else 0
-                ranked.append(((first.rank + late, -length, len(ranked)), members, swaps))
+                sign = first.kind == "a sign"
+                length = sign * len(first.key[1])
+                apart = sign and first.scope.name != function
+                order = first.rank + late, apart, -length, len(ranked)
+                ranked.append((order, members, swaps))
     ranked.sort(key=lambda item: item[0])
     return [Change(members, swaps) for _, members, swaps in ranked[:MOST_CHANGES]]
 

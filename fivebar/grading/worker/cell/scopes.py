@@ -46,7 +46,7 @@ class Scope:
 
 
 def _bare(name):
-    return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\d", "", name)))
+    return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\dt?", "", name)))
 
 
 def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Scope]:
