@@ -255,7 +255,7 @@ class Checks:
                 found = replace(mistake, name=f"{mistake.name}, in your {name}", model=None)
         verdict = replace(error.verdict, diagnosis=found)
         if last is not None:
-            found = replace(last, hint=f"{last.hint} And your {names} is wrong, too.")
+            found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
             # The mistake gives these answers, not those with the wrong functions.
             verdict = replace(verdict, diagnosis=found, answers=left.verdict.answers)
         record = item.stash[_ASK].record
