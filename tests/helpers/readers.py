@@ -370,7 +370,7 @@ OWN = {
     "files of the package and its dependencies": """visualization.document:document visualization.document:report visualization.document:script
         visualization.plot.panels:_styles visualization.view.page:_packed_viewer visualization.view.page:page
         grading.labs:template base.robot_uses:uses amoro.ros_free.marking:confined_program
-        grading.labs:_content grading.labs:hash
+        grading.labs:_loaded grading.labs:hash
         grading.course.settings:offer_settings""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
         amoro.ros_free.child:main
