@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from ..base.errors import SingularityError, UsageError
-from .options import WORKING, add_command, option_of, usage_errors, used_options
+from ..base.errors import SingularityError
+from .options import WORKING, add_command, usage_errors, used_options
 from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = {
@@ -33,19 +33,12 @@ def add_parsers(commands):
 
 
 def _export(arguments):
-    from ..exporters.export import OPTIONS as OF_FORMATS
     from ..exporters.export import export
     from ..models.geometry import dgm
 
     machine = chosen_machine(arguments, f"export {arguments.format}")
-    typed = {"homing": "homing_deg", "per_turn": "steps_per_turn"}
-    known = {typed.get(name, name): name for name in OF_FORMATS[arguments.format]}
-    names = "start", "step", "closure", "functions", "plugin", "working", *typed.values()
-    used = used_options(arguments, *names)
-    if others := [option_of(name) for name in used if name not in known]:
-        has = ", ".join(map(option_of, known))
-        raise UsageError(f"{others[0]} is no option of {arguments.format}, which has {has}")
-    options = {known[name]: value for name, value in used.items()}
+    names = "start step closure functions plugin working homing_deg steps_per_turn".split()
+    options = used_options(arguments, *names)
     with usage_errors(ValueError, SingularityError):
         if arguments.start:
             options["start"] = dgm(machine.robot, arguments.start, arguments.assembly)

@@ -48,7 +48,7 @@ FORMATS = {  # endings of files
     "gcode": ".nc",
 }
 OPTIONS = {
-    "reprapfirmware": ("working", "homing", "per_turn"),
+    "reprapfirmware": ("working", "homing_deg", "steps_per_turn"),
     "ros2_control": ("start", "plugin"),
     "gcode": ("machine", "dialect"),
     "mjcf": ("start", "step"),
@@ -70,8 +70,8 @@ def _identifier(value, name):
     machine=optional(instance(Machine)),
     dialect=optional(instance(Gcode)),
     working=optional(modes(2)),
-    homing=optional(two_numbers),
-    per_turn=optional(positive),
+    homing_deg=optional(two_numbers),
+    steps_per_turn=optional(positive),
     plugin=optional(text),
     start=optional(instance(Pose)),
     step=optional(seconds),
@@ -91,8 +91,8 @@ def export(
     machine: Machine | None = None,
     dialect: Gcode | None = None,
     working: ArrayLike | None = None,
-    homing: tuple[float, float] | None = None,
-    per_turn: float | None = None,
+    homing_deg: tuple[float, float] | None = None,
+    steps_per_turn: float | None = None,
     plugin: str | None = None,
 ) -> str:
     """Write the robot, or a motion, in the format of another program.
@@ -115,8 +115,8 @@ def export(
     machine : of gcode: the Machine whose readings are the axes
     dialect : of gcode: the `Gcode` that the firmware reads
     working : (2,) of reprapfirmware: working modes, by default (-1, -1)
-    homing : (2,) of reprapfirmware: angles of the proximal bars at their switches, degrees
-    per_turn : of reprapfirmware: steps of a turn of the motor
+    homing_deg : (2,) of reprapfirmware: angles of the proximal bars at their switches, degrees
+    steps_per_turn : of reprapfirmware: steps of a turn of the motor
     plugin : of ros2_control: the hardware's, by default a mock
 
     Returns
@@ -143,8 +143,8 @@ def export(
         machine=machine,
         dialect=dialect,
         working=working,
-        homing=homing,
-        per_turn=per_turn,
+        homing_deg=homing_deg,
+        steps_per_turn=steps_per_turn,
         plugin=plugin,
     )
     given = {key: value for key, value in options.items() if value is not None}

@@ -18,8 +18,8 @@ SEAM = -90.0, 269.0  # a joint without limits: the firmware wants them less than
 def reprapfirmware(
     machine: Machine,
     working: tuple[int, int] = (-1, -1),
-    homing: tuple[float, float] | None = None,
-    per_turn: float | None = None,
+    homing_deg: tuple[float, float] | None = None,
+    steps_per_turn: float | None = None,
 ) -> str:
     """Return the lines of config.g that tell RepRapFirmware the machine.
 
@@ -29,9 +29,9 @@ def reprapfirmware(
         Its frame is the firmware's; a tool must be in line with its bar.
     working : (2,)
         Working modes; the assembly mode is -1, the only one of the firmware.
-    homing : (2,), optional
+    homing_deg : (2,), optional
         Angles of the proximal bars at the homing switches, degrees.
-    per_turn : float, optional
+    steps_per_turn : float, optional
         Steps, microsteps included, of a turn of the motor, for M92.
     """
     robot: Any = machine.robot
@@ -53,16 +53,16 @@ def reprapfirmware(
         "P": [1e3 * robot.l11, 1e3 * robot.l21],
         "D": [1e3 * robot.l12, 1e3 * robot.l22, *_cantilevers(machine)],
     }
-    if homing is not None:
-        numbers["B"] = list(homing)
+    if homing_deg is not None:
+        numbers["B"] = list(homing_deg)
     numbers["A"] = _bar_angles(machine, working)
     numbers["C"] = _motor_angles(machine)
     words = [f"{letter}{':'.join(map(_plain, values))}" for letter, values in numbers.items()]
     lines = [f"; by fivebar, for config.g before M671; assembly mode {-1:+d}"]
     lines.append(f"M669 K9 {' '.join(words)}")
-    if per_turn is not None:
+    if steps_per_turn is not None:
         # The readings are of the motors, so a ratio is the inverse of a gear.
-        scale = machine.scale("steps", per_turn) * math.pi / 180
+        scale = machine.scale("steps", steps_per_turn) * math.pi / 180
         steps = [abs(scale / ratio) for ratio in machine.ratio]
         lines.append(f"M92 X{_plain(steps[0])} Y{_plain(steps[1])} ; steps per degree")
         for k, ratio in enumerate(machine.ratio):

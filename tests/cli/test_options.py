@@ -141,7 +141,12 @@ CASES = [
     (
         "export --to reprapfirmware --working 1 -1 --homing-deg 90 80 --steps-per-turn 3200",
         "exporters.export.export",
-        {1: "reprapfirmware", "working": [1, -1], "homing": [90.0, 80.0], "per_turn": 3200.0},
+        {
+            1: "reprapfirmware",
+            "working": [1, -1],
+            "homing_deg": [90.0, 80.0],
+            "steps_per_turn": 3200.0,
+        },
     ),
     (
         "track --from 0.09 0.068 --to 0.08 0.08 --duration 0.5 --controller mpc --period 0.02"

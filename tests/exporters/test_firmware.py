@@ -24,7 +24,7 @@ def words(line):
 
 
 def test_the_published_line_comes_back():
-    text = fb.export(RRF, "reprapfirmware", working=(1, -1), homing=(251.9, 144.3))
+    text = fb.export(RRF, "reprapfirmware", working=(1, -1), homing_deg=(251.9, 144.3))
     line = next(line for line in text.splitlines() if line.startswith("M669"))
     ours, theirs = words(line), words(PUBLISHED)
     assert ours["D"] == [*theirs["D"], 0, 0]
@@ -87,7 +87,7 @@ def test_the_firmware_turns_as_we_do(leg, working):
 def test_margins_and_steps_are_written():
     limits = fb.Constraints(det_A=0.5, sin=0.5, joints=[(0.0, 2.0), None])
     machine = fb.Machine(fb.FiveBar(), constraints=limits, ratio=(0.2, -0.1))
-    text = fb.export(machine, "reprapfirmware", per_turn=3600)
+    text = fb.export(machine, "reprapfirmware", steps_per_turn=3600)
     w = words(text.splitlines()[1])
     np.testing.assert_allclose(w["A"], [30, 150, 210, 330, 210, 330], atol=1e-6)
     assert w["C"] == pytest.approx([0, math.degrees(2), -90, 269], abs=1e-5)
@@ -189,7 +189,7 @@ def test_what_is_written_is_read_again(tmp_path, seed):
         constraints=limits,
         tool=tool if seed % 2 else None,
     )
-    text = fb.export(machine, "reprapfirmware", working=working, homing=(90, 20))
+    text = fb.export(machine, "reprapfirmware", working=working, homing_deg=(90, 20))
     read = fb.load_machine(config(tmp_path, text))
     for own, other in zip(read.robot.parameters.values(), machine.robot.parameters.values()):
         assert own == pytest.approx(other, abs=1e-15)

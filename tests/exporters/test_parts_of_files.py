@@ -112,7 +112,7 @@ def test_joint_limits_that_the_firmware_cannot_compare_are_refused(low, high):
 
 def test_steps_and_directions_are_those_of_each_motor():
     machine = fb.Machine(fb.FiveBar(), ratio=(0.2, -0.1))
-    lines = fb.export(machine, "reprapfirmware", per_turn=3600).splitlines()
+    lines = fb.export(machine, "reprapfirmware", steps_per_turn=3600).splitlines()
     assert lines[0] == "; by fivebar, for config.g before M671; assembly mode -1"
     assert lines[2] == "M92 X50 Y100 ; steps per degree"
     assert [line.split(";")[0].strip() for line in lines[3:]] == ["M569 P0 S1", "M569 P1 S0"]

@@ -265,8 +265,8 @@ CASES = {
             machine=None,
             dialect=None,
             working=None,
-            homing=None,
-            per_turn=None,
+            homing_deg=None,
+            steps_per_turn=None,
             plugin=None,
         ),
         words=(
