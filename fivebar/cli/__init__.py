@@ -50,7 +50,7 @@ COMMANDS = {
 }
 ERRNO = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
 # At the start of an error, perhaps after its class: the argument that it is about.
-ARGUMENT = re.compile(r"(?:[\w ]+: (?=\w+ must ))?(\w+)(?= must |: |\[)")
+ARGUMENT = re.compile(r"(?:[\w ]+: (?=\w+ must ))?(\w+)(?= must | is no option |: |\[)")
 KEYWORD = re.compile(r"\b(\w+)=(?:\.\.\.|radius)")  # in an error: what is to be given
 INTERRUPTED = 128 + signal.SIGINT  # as a shell names the end by Ctrl-C
 NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?( *[a-zµ°].*)?$", re.IGNORECASE)

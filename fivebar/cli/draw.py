@@ -70,7 +70,7 @@ SPEED = {
 DRIVES = {
     "--counts-per-turn N": "of the encoders: what the simulated controller reads",
     "--delay N": (0, "of the simulated controller, periods"),
-    "--backlash RAD": "of each joint: by how much it may turn while its motor holds",
+    "--backlash RAD": (0.0, "of each joint: by how much it may turn while its motor holds"),
 }
 PROOF = {
     "--tolerance M": (5e-5, "of all five lengths"),
@@ -125,7 +125,7 @@ def _draw(arguments):
     resolution = None if counts is None else 2 * np.pi / positive(counts, "counts_per_turn")
     pen_time = not_negative(arguments.pen_time, "pen_time")
     lead = optional(positive)(arguments.lead, "lead")
-    backlash = not_negative(arguments.backlash or 0.0, "backlash")
+    backlash = not_negative(arguments.backlash, "backlash")
     path = _read(arguments, machine)
     print_notes(arguments.file, path.notes)
     if arguments.as_drawn:  # elsewhere it is a shape
@@ -436,12 +436,10 @@ def _print(arguments, machine, figures):
         rows.append(("of backlash", f"up to {length(figures['backlash_error_m'])} more"))
     if "period_s" in figures:
         peak = figures["peak_acceleration"]
-        rows.append(
-            ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²")
-        )
-        rows.append(peak_row(machine.robot, figures))
+        period = f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²"
+        rows += [("tracker's period", period), peak_row(machine.robot, figures)]
     if "lines" in figures:
         lines = f"{figures['lines']} lines, at most {figures['lines_per_s']:.4g} a second"
-        rows.append(("G-code", lines))
-        rows.append(("speeds in it", f"within {100 * figures['speed_error']:.2g} % of the largest"))
+        speeds = f"within {100 * figures['speed_error']:.2g} % of the largest"
+        rows += [("G-code", lines), ("speeds in it", speeds)]
     print_table(rows)

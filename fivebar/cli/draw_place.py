@@ -129,7 +129,8 @@ def says_other_modes(arguments, machine, motion):
 
 def _modes(arguments, machine, path):
     """Return the working modes in which the path keeps farthest from singularities; those in which
-    the robot was calibrated, if the path is free of singularities there.
+    the robot was calibrated, if the path is free of singularities there; if it is so in none, those
+    in which least is in the way.
     """
     from ..constraints.path_check import check_path
     from ..models.geometry import igm
@@ -151,20 +152,21 @@ def _modes(arguments, machine, path):
             measured.append(mode)
     if not checks:
         raise refused
-    free = {mode: check for mode, check in checks.items() if not check.broken}
-    margins = {mode: check.min_margin for mode, check in free.items() if check.singularity_free}
-    possible = [mode for mode, check in free.items() if may_cross(arguments, check)]
-    if margins:
-        return max(margins, key=lambda mode: (mode in measured, margins[mode]))
-    if possible:
-        return possible[0]
-    return min(checks, key=lambda mode: _amiss(checks[mode]))  # `_checked` says what is in the way
 
+    def worth(mode):
+        check = checks[mode]
+        violations = [each.by for each in check.broken]
+        return (
+            not violations and check.singularity_free,
+            not violations and may_cross(arguments, check),
+            check.singularity_free,
+            -len(violations),
+            -sum(violations),
+            mode in measured,
+            check.min_margin,
+        )
 
-def _amiss(check):
-    """Return how far a path is from being possible, to be compared."""
-    violations = [each.by for each in check.broken]
-    return not check.singularity_free, len(violations), sum(violations)
+    return max(checks, key=worth)  # `_checked` says what is in the way
 
 
 def may_cross(arguments, check):

@@ -146,11 +146,11 @@ def _straight_line(arguments):
 
 def _ranges(result):
     """Return {quantity: [least, largest]} of finite values, where there are any."""
-    ranges = {}
-    for name, values in result.columns.items():
-        if finite := values[np.isfinite(values)].tolist():
-            ranges[name] = [min(finite), max(finite)]
-    return ranges
+    return {
+        name: [min(finite), max(finite)]
+        for name, values in result.columns.items()
+        if (finite := values[np.isfinite(values)].tolist())
+    }
 
 
 def _print_ranges(result, ranges):

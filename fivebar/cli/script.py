@@ -96,9 +96,7 @@ def _run(arguments, options):
 
 def _split(rest):
     """Return what stands before the first -- and after it."""
-    if "--" not in rest:
-        return rest, []
-    cut = rest.index("--")
+    cut = [*rest, "--"].index("--")
     return rest[:cut], rest[cut + 1 :]
 
 

@@ -203,9 +203,9 @@ def _reference(arguments):
     if ends:
         return line(*ends.values())
     told = used_options(arguments, "units", "columns")
-    if arguments.polyline is None:
-        return from_csv(arguments.path, **told)
-    return from_csv(arguments.path, kind="polyline", deviation=arguments.polyline, **told)
+    if arguments.polyline is not None:
+        told |= {"kind": "polyline", "deviation": arguments.polyline}
+    return from_csv(arguments.path, **told)
 
 
 def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1)):

@@ -182,7 +182,7 @@ def test_the_command(tmp_path, capsys):
         (["--format", "mjcf", "--functions", "dgm"], "functions is no option of mjcf"),
         (
             ["--format", "mjcf", "--homing-deg", "1", "2"],
-            "homing_deg is no option of mjcf, which has start, step",
+            "--homing-deg is no option of mjcf, which has start, step",
         ),
         (["--format", "c", "--functions", "foo"], "no function 'foo'"),
         (["--format", "urdf", "--start", "3.1", "0", "--d", "0.2"], "unreachable"),
