@@ -309,6 +309,6 @@ def bounded(count: float, most: float, what: str, bytes_each: float) -> None:
     """Raise ValueError for so many rows, or the like, and say how much memory they would take."""
     if not count <= most:
         raise ValueError(
-            f"{what}: at most {most:g}, and these would take about"
+            f"{what}: at most {most:g} are possible, and these would take about"
             f" {count * bytes_each / 1e9:.3g} GB"
         )

@@ -296,8 +296,14 @@ def _timed(arguments, machine, path, working):
         share = 1 - arguments.reserve
         least = min(constraints.torque)  # the tracker has one for both motors
         drives = replace(drives, torque=least)
+        # Less of the speed, too: beyond that without load a weaker motor would have to brake less.
         motors = drives.motors and [
-            replace(motor, efficiency=share * motor.efficiency) for motor in drives.motors
+            replace(
+                motor,
+                efficiency=share * motor.efficiency,
+                no_load_speed=share * motor.no_load_speed,
+            )
+            for motor in drives.motors
         ]
         constraints = replace(constraints, torque=least * share, motors=motors)
     duration = arguments.duration

@@ -40,7 +40,7 @@ class Motor:
         Turns of the motor for one of the joint. Data sheets of servos are of the joint: 1.
     efficiency : float
         Of the gear, up to 1: the share of the torque that reaches the joint. Braking is counted
-        with the same share, which is on the safe side.
+        with the same share, which is on the safe side up to the speed without load.
     source : str
         Of the numbers.
 

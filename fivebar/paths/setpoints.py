@@ -285,7 +285,12 @@ def setpoints(
     (101, 2)
     """
     steps = math.ceil(reference.duration * rate * (1 - 1e-12))
-    bounded(steps, MOST_ROWS, f"setpoints: {reference.duration:g} s at {rate:g} Hz", 40)
+    bounded(
+        steps,
+        MOST_ROWS,
+        f"setpoints: {reference.duration:g} s at {rate:g} Hz are {steps:.3g} rows",
+        40,
+    )
     t = np.arange(steps + 1) / rate
     times = getattr(reference, "start", 0.0) + t
     modes_own = getattr(reference, "working", None)

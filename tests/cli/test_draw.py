@@ -278,12 +278,7 @@ def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
 @pytest.mark.parametrize(
     "body, options, code, message",
     [
-        (
-            STROKES,
-            ["--scale", "9"],
-            1,
-            "larger than any upright rectangle of its shape: it fits with scale 4.2",
-        ),
+        (STROKES, ["--scale", "9"], 1, " mm, with scale 4.2"),
         (
             STROKES,
             ["--at", "0.2", "0.1"],

@@ -411,7 +411,12 @@ def test_motors_keep_a_share_in_reserve(monkeypatch, capsys):
     (kept,) = asked
     assert kept.torque == pytest.approx((0.75 * motor.torque,) * 2)
     for weak in kept.motors:
-        assert weak.stall == pytest.approx(0.75 * motor.stall) and weak.speed == motor.speed
+        assert weak.torque == pytest.approx(0.75 * motor.torque)
+        speeds = np.linspace(-2, 2, 41) * motor.speed
+        kept = np.stack(weak.bounds(speeds)) / motor.stall + speeds / motor.speed
+        # A quarter of the line on both sides of it, also where the joint outruns the motor.
+        free = np.abs(np.stack(weak.bounds(speeds))) < weak.torque * (1 - 1e-9)
+        assert np.abs(kept[free]).max() == pytest.approx(0.75)
     assert drives.motors == (motor, motor) and drives.torque == pytest.approx((motor.torque,) * 2)
     assert capsys.readouterr() == ("", "fivebar: slow: so slow\n")
     with pytest.raises(ValueError, match="slow: so slow. Nothing is written without"):

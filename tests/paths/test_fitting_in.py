@@ -60,10 +60,10 @@ def test_what_is_placed_lies_in_its_aspect(options):
 def test_a_drawing_larger_than_any_aspect_is_told_its_scale():
     robot = fb.ROBOTS["haply"].robot
     with pytest.raises(
-        ValueError, match="the drawing, 599.. x 500 mm, is larger than any upright rectangle"
+        ValueError, match="599.. x 500 mm is larger than any upright rectangle"
     ) as refused:
         fitted_in(robot, PATH, scale=10.0)
-    scale = float(re.search(r"with scale ([\d.]+) at most", str(refused.value))[1])
+    scale = float(re.search(r"with scale ([\d.]+)$", str(refused.value))[1])
     assert fitted_in(robot, PATH, scale=scale).scale >= scale
     with pytest.raises(ValueError, match="keeps a clearance of 1 m"):
         fitted_in(ROBOT, PATH, constraints=fb.Constraints(clearance=1.0), working=(1, 1))

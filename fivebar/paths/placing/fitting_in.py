@@ -134,11 +134,14 @@ def fitted_in(
     if not largest:
         raise ValueError(refused)
     if scale is not None and scale > largest:
-        wide, high = 1e3 * size * scale
+        asked, found = (
+            f"{wide:.4g} x {high:.4g} mm"
+            for wide, high in (1e3 * size * scale, 1e3 * size * largest)
+        )
         raise ValueError(
-            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any upright rectangle of its"
-            f" shape{'' if working is None else f' in working modes {working}'}: it fits"
-            f" with scale {np.floor(1e4 * largest) / 1e4:.6g} at most"
+            f"{asked} is larger than any upright rectangle of this shape"
+            f"{'' if working is None else f' in working modes {working}'}: the largest is"
+            f" {found}, with scale {np.floor(1e4 * largest) / 1e4:.6g}"
         )
     scale = largest * (1 - 1e-9) if scale is None else scale
     middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2

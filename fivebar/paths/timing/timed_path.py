@@ -218,7 +218,8 @@ class TimedPath(Plotted):
         """
         rate = positive(rate, "to_csv: rate")
         steps = int(np.floor(self.duration * rate * (1 + 1e-12)))
-        bounded(steps, MOST_ROWS, f"to_csv: {self.duration:g} s at {rate:g} Hz", 8 * len(COLUMNS))
+        what = f"to_csv: {self.duration:g} s at {rate:g} Hz are {steps:.3g} rows"
+        bounded(steps, MOST_ROWS, what, 8 * len(COLUMNS))
         t = np.arange(steps + 1) / rate
         t = np.append(t[t < self.duration * (1 - 1e-12)], self.duration)
         (q, q_dot), k, gone = self.joints(t), *self.along(t)[:2]
