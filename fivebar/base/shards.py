@@ -10,10 +10,12 @@ import inspect
 import json
 import math
 import os
+import pickle
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, is_dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
@@ -29,6 +31,8 @@ from .workers import WorkersDied, compute_chunks
 
 MANIFEST = "manifest.json"
 MOST_NUMBERS = 2 * 10**8  # in memory, 1.6 GB, where there is no folder
+# What does not change while a function counts or remembers; a list and a dict might.
+PLAIN = int | float | complex | str | bytes | tuple | np.ndarray | np.generic
 MOST_LISTED = 10**6  # cases of which a table says how many errors they have
 
 
@@ -227,13 +231,34 @@ def _on_disk(folder, computed, chunks, bar, kind):
 
 
 def code_hash(function: Callable) -> str:
-    """Return a hash of a user's function, by which a folder knows that it is the same."""
+    """Return a hash of a user's function, by which a folder knows that it is the same.
+
+    It is one of its source, of the functions that this calls in its turn, and of the numbers,
+    texts, tuples, arrays and dataclasses among its variables from outside.
+    """
+    found = hashlib.sha256()
+    functions = [function]
+    for each in functions:
+        found.update(_source(each).encode())
+        # What another module calls is that module's own.
+        if not inspect.isfunction(each) or each.__module__ != function.__module__:
+            continue
+        outer = inspect.getclosurevars(each)
+        for name, value in sorted({**outer.nonlocals, **outer.globals}.items()):
+            if inspect.isfunction(value) and value not in functions:
+                functions.append(value)
+            elif isinstance(value, PLAIN) or is_dataclass(value):
+                with suppress(Exception):  # whatever an object of a user raises
+                    found.update(pickle.dumps((name, value)))
+    return found.hexdigest()
+
+
+def _source(function):
     try:
-        source = inspect.getsource(function)
+        return inspect.getsource(function)
     except (OSError, TypeError):  # written at a prompt, or compiled
         code = getattr(function, "__code__", None)
-        source = repr((code.co_code, code.co_consts) if code else type(function))
-    return hashlib.sha256(source.encode()).hexdigest()
+        return repr((code.co_code, code.co_consts) if code else type(function))
 
 
 def shard(folder: Path, number: int) -> Path:

@@ -116,6 +116,8 @@ def _draw(arguments):
 
     dialect = dialect_of(arguments)
     machine = machine_of_axes(arguments, chosen_machine(arguments), dialect)
+    if dialect is not None:
+        dialect.scale(machine)  # a unit that these axes cannot have is refused before the work
     counts = arguments.counts_per_turn
     if arguments.angles == "counts" and counts is None:
         raise UsageError("--angles counts needs --counts-per-turn")
@@ -152,7 +154,7 @@ def _draw(arguments):
         "lower_bound_s": motion.lower_bound,
         "smallest_margin": check.min_margin,
         "certified": proof is not None and proof.proved,
-        "backlash_error_m": _backlash_error(motion, backlash),
+        "backlash_error_m": backlash and _backlash_error(motion, backlash),
     }
     if dialect is not None:
         drawn, files = written_gcode(arguments, machine, motion, dialect)
@@ -353,8 +355,6 @@ def _checked(arguments, machine, path, working):
 
 def _backlash_error(motion, backlash):
     """Return how far the tip may be off, m, where both joints are off by half of the backlash."""
-    if not backlash:
-        return 0.0
     t = np.linspace(0.0, motion.duration, SAMPLES)
     pose = motion.accelerations(t[motion.pen(t)]).rates.pose
     J = pose.J if motion.path.tool is None else motion.path.tool.tool.jacobian(pose)
@@ -420,10 +420,9 @@ def _print(arguments, machine, figures):
     least = figures["lower_bound_s"]
     jerky = machine.constraints.jerk is not None
     near = ", as asked for" if arguments.duration is not None else ""
-    if least and jerky:
-        near += f"; without the limit on jerk the least is {least:.4g} s"
-    elif least and near:
-        near += f"; the least is {least:.4g} s"
+    if least and (jerky or near):
+        words = "without the limit on jerk the least" if jerky else "the least"
+        near += f"; {words} is {least:.4g} s"
     elif least:
         near = f", within {100 * (figures['duration_s'] / least - 1):.2g} % of the least possible"
     drawn = 1e3 * figures["drawn_m"]

@@ -32,16 +32,7 @@ GCODE = {
     "--line-deviation M": (2e-5, "of the tool between lines"),
     "--speed-error SHARE": (0.01, "of the tool between lines"),
 }
-ONLY_GCODE = (
-    "steps_per_turn",
-    "mm_per_turn",
-    "sign",
-    "zero_deg",
-    "feed",
-    "max_feed",
-    "pen",
-    "approach_deg",
-)
+ONLY_GCODE = "steps_per_turn mm_per_turn sign zero_deg feed max_feed pen approach_deg".split()
 
 
 class Drawn(NamedTuple):

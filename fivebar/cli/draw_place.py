@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -139,7 +138,7 @@ def _modes(arguments, machine, path):
     robot, kept = machine.robot, machine.on_poses
     checks = {}
     measured = []
-    refused: Any = None
+    refused = None
     for mode in modes:
         try:
             led = machine.led(path, mode).at_unit_speed

@@ -101,7 +101,7 @@ def _print_course(course, filled):
 
 
 def _print_ignored(ignored):
-    files: dict = {}
+    files = {}
     for student, item in ignored:
         if not student:
             print_message(f"not graded: {item.name}: {item.word}")

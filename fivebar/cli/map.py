@@ -48,7 +48,7 @@ OPTIONS = TABLE | {
     "--path PATH.csv": "a path t (s), x, y (m) to draw and to check",
     "--units UNIT ...": "units of the path's columns, as mm or t=ms x=mm",
     "--out OUT.png": (Path("map.png"), "PNG, SVG or PDF"),
-    WORKING: "of the picture: these working modes alone",
+    WORKING: "of the picture and of --fits: these working modes alone",
     "--width column|page": "of the picture: that of a journal's column, 88 mm, or page, 181 mm",
     "--unit UNIT": "of the picture's axes: mm, cm or m; of joints that turn deg or rad",
     "--labels NAME=TEXT ...": "what is written for x, y, q11, a field or words of the legend",
@@ -112,7 +112,7 @@ def _map(arguments):
     if path:
         print_notes(arguments.path, path.notes)
         checks = [(mode, _checked(machine, path, mode)) for mode in data.modes]
-    style: dict = used_options(arguments, "width", "unit")
+    style = used_options(arguments, "width", "unit")
     if wrong := [text for text in arguments.labels if "=" not in text]:
         raise UsageError(f"--labels must be NAME=TEXT, not {wrong[0]!r}")
     style["labels"] = dict(text.split("=", 1) for text in arguments.labels)
@@ -137,8 +137,9 @@ def _map(arguments):
         result["regions"] = _parts_as_json(machine, regions)
         result |= _largest(machine, regions, margin)
     if arguments.fits is not None:
-        places = parts if regions is None else regions
-        name = "aspect" if regions is None else "region"
+        places, name = (parts, "aspect") if regions is None else (regions, "region")
+        shown = style.get("modes", data.modes)
+        places = [part for part in places if part.working in shown]
         result["board"] = _board(machine, places, margin, arguments.fits) | {"in": name}
     if arguments.json:
         print_json({"frame": arguments.frame} | result)

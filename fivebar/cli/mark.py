@@ -66,9 +66,8 @@ def _print_table(found):
     rows = []
     for tried in found:
         about = tried.tracking
-        values = ("", "", "")
-        if about:
-            values = about["points"], about["of"], round(1e3 * about["largest_error_m"], 4)
+        error = about and round(1e3 * about["largest_error_m"], 4)
+        values = (about["points"], about["of"], error) if about else ("", "", "")
         rows.append((tried.student, tried.name, *values, tried.trouble))
     print(csv_text(COLUMNS, rows).replace("\r", ""), end="")
 

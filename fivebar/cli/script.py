@@ -67,7 +67,8 @@ OPTIONS = {
 
 
 def _run(arguments, options):
-    own, rest = _split(arguments.rest)
+    cut = [*arguments.rest, "--"].index("--")
+    own, rest = arguments.rest[:cut], arguments.rest[cut + 1 :]
     arguments, unknown = options.parse_known_args(own, namespace=arguments)
     _check(arguments)
     if arguments.mark:
@@ -79,7 +80,7 @@ def _run(arguments, options):
     if not arguments.show:
         environment["MPLBACKEND"] = BACKEND
     start = CHILD.format(str(Path(__file__).parents[2]))
-    ends: tuple[int, ...] = ()
+    ends = ()
     if os.name == "posix":  # elsewhere a child gets no descriptors
         ends = os.pipe()[:1]  # this process never closes the other end
         start = WATCH.format(*ends) + start
@@ -92,12 +93,6 @@ def _run(arguments, options):
     if code < 0:
         raise RuntimeError(f"{arguments.script} was ended by signal {-code}")
     sys.exit(code)
-
-
-def _split(rest):
-    """Return what stands before the first -- and after it."""
-    cut = [*rest, "--"].index("--")
-    return rest[:cut], rest[cut + 1 :]
 
 
 def _check(arguments):

@@ -45,7 +45,5 @@ def _ladder(arguments):
     if arguments.json:
         print_json([dict(zip(header, row)) for row in rows])
         return
-    lines = [header]
-    for robot, rung, *values in rows:
-        lines.append([robot, rung, *(f"{value:.4g}" for value in values)])
-    print(*aligned(lines, 2), sep="\n")
+    lines = ([*row[:2], *(f"{value:.4g}" for value in row[2:])] for row in rows)
+    print(*aligned([header, *lines], 2), sep="\n")

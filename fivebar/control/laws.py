@@ -250,11 +250,14 @@ class FeedForward(_JointController):
 
 
 def unstable_gains(controller: Any, pose: Pose, period: float, delay: int) -> str:
-    """Return a sentence where the gains at this pose are unstable under sampling, else "".
+    """Return a sentence where a controller is unstable under sampling and delay, else "": gains at
+    this pose, or a tracker that counts on another delay.
 
     A joint under PD, held from sample to sample, is stable where p / 2 < q < 2 with p = kp h^2 and
     q = kd h of a unit inertia; with one sample of delay where p < r (1 - r), r = q - p / 2.
     """
+    if (counted := getattr(controller, "delay", delay)) != delay:
+        return f"the controller counts on a delay of {counted} periods, the measurement has {delay}"
     if not isinstance(controller, _JointController) or not pose.assembly:
         return ""  # at Type 2 M is infinite
     inertia = np.eye(2)

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 HELD = {
     "guide": "the slider-crank of engines and pumps; the crank is driven",
-    "crank": (
-        "the quick return of Whitworth and the rotary engine; the rod is driven, the guide turns"
-    ),
+    "crank": "the quick return of shapers; the rod is driven, the guide swings",
     "rod": (
         "the oscillating cylinder; the crank is driven, the guide swings through a swivelling block"
     ),
     "slider": "the hand pump; the rod is driven, the guide slides",
 }
+# Where the driven bar, of crank and rod, is the longer one.
+TURNING = "the quick return of Whitworth and the rotary engine; the {} is driven, the guide turns"
 
 
 @dataclass(frozen=True)

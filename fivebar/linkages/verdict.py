@@ -12,7 +12,7 @@ from .checks import linkage, one_branch
 from .four_bar import FourBar, dead_centres, time_ratio, transmission_range
 from .limits import crank_range
 from .six_bar_press import SPEED, START, SixBarPress
-from .slider_crank import HELD, SliderCrank
+from .slider_crank import HELD, TURNING, SliderCrank
 
 if TYPE_CHECKING:
     from .motion import Linkage
@@ -71,15 +71,19 @@ def _four_bar(linkage, branch):
 
 
 def _slider_crank(linkage, branch):
-    lines = [
-        f"slider-crank, crank {linkage.crank:g} m, rod {linkage.rod:g} m, offset {linkage.offset:g}"
-        f" m, {linkage.held} held: {HELD[linkage.held]}"
-    ]
     where = {
         "guide": "the rod comes perpendicular to the guide",
         "slider": "the crank comes perpendicular to the guide",
     }.get(linkage.held, "the guide comes perpendicular to the line of its pivots")
     allowed = crank_range(linkage, branch)
+    words = HELD[linkage.held]
+    if linkage.held in ("crank", "rod") and allowed.full:
+        driven, held = (getattr(linkage, name) for name in (linkage.driven, linkage.held))
+        words = TURNING.format(linkage.driven) if driven > held else words
+    lines = [
+        f"slider-crank, crank {linkage.crank:g} m, rod {linkage.rod:g} m, offset {linkage.offset:g}"
+        f" m, {linkage.held} held: {words}"
+    ]
     lines += _change_point(linkage, where)
     lines += _drive(linkage.driven, allowed, where)
     if allowed.full:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import chain
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.checks import positive
+from ..base.checks import positive, shown
 from ..base.presentation import Animated
 from ..base.representation import one_line
 from ..base.tables import FilePath, Table, TextFile, write
@@ -71,6 +72,8 @@ class Measured(NamedTuple):
 
 def torque_limits(value: object, name: str) -> Any:
     """Rule: a number > 0, or both motors; ValueError or TypeError for anything else."""
+    if isinstance(value, tuple | list) and any(isinstance(each, Real) for each in value):
+        raise TypeError(f"{name} is one number for both joints, or motors, not {shown(value)}")
     if isinstance(value, Motor | tuple | list | str):
         return both_motors(value, name)
     return positive(value, name)

@@ -110,8 +110,8 @@ def simulate(
         Where a torque is not finite, or the motion becomes too fast. It does where all four bars
         are parallel.
     RuntimeWarning
-        Where the gains of a controller of this package are unstable with the control period, and
-        the robot crosses singularities.
+        Where the gains of a controller of this package are unstable with the control period, or it
+        counts on another delay, and the robot crosses singularities.
     SingularityError
         Where a chart of `Integrator` ends.
 

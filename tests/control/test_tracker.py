@@ -147,6 +147,16 @@ def test_a_new_simulation_starts_afresh():
     assert len(tracker.log.t) == 0 and tracker.log.disturbance.shape == (0, 2)
 
 
+def test_a_tracker_that_counts_on_another_delay_is_named_where_it_runs_away():
+    heavy = fb.FiveBar(gravity=(0.0, -9.81))
+    late = fb.Measurement(delay=1)
+    words = "singularities: the controller counts on a delay of 0 periods, the measurement has 1"
+    with pytest.warns(RuntimeWarning, match=words):
+        fb.simulate(heavy, Tracker(heavy), TASK_1, measurement=late)
+    run = fb.simulate(heavy, Tracker(heavy, delay=1), TASK_1, measurement=late)
+    assert np.linalg.norm(run.error, axis=1).max() < 2e-3
+
+
 def failing(tracker, when):
     """Make the tracker's QP fail in its steps number `when`."""
     solve, count = tracker.qp, iter(range(10**6))

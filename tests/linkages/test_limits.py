@@ -168,6 +168,17 @@ def test_the_slider_goes_as_far_as_in_a_study(crank, rod, offset, branch, held):
         assert found == pytest.approx([way.min(), way.max(), np.ptp(way)], abs=1e-6)
 
 
+@pytest.mark.parametrize("held", ["crank", "rod"])
+@pytest.mark.parametrize("crank, rod", [(0.05, 0.15), (0.15, 0.05)])
+@pytest.mark.parametrize("offset", [0.0, 0.03])
+def test_whether_a_guide_turns_or_swings_is_as_in_a_study(crank, rod, offset, held):
+    linkage = SliderCrank(crank, rod, offset, held)
+    run = study(linkage, speed=1.0, samples=721, quantities=["guide.angle"])
+    turned = np.ptp(np.unwrap(run["guide.angle"]))
+    words = "guide turns" if turned == pytest.approx(2 * math.pi, abs=1e-9) else "guide swings"
+    assert words in verdict(linkage)[0]
+
+
 @pytest.mark.parametrize(
     "sides",
     [

@@ -51,22 +51,25 @@ def test_the_bytes_are_the_same_whatever_the_executor(kind, whole, tmp_path):
 
 
 def test_interrupted_at_any_chunk_it_goes_on_and_computes_each_once(whole, tmp_path):
-    calls = []
+    calls: list[float] = []
+    stops: list[int] = []
 
     def counted(robot):
         calls.append(robot.l11)
-        if len(calls) == stop:
+        if len(calls) in stops:
             raise KeyboardInterrupt
         return robot.l11
 
     for stop in (1, 120, 290):
         out, designs = tmp_path / str(stop), D.sample({"l1": (0.1, 0.2), "d": (0.05, 0.1)}, 300)
         calls.clear()
+        stops.append(stop)
         with pytest.raises(KeyboardInterrupt):
             fb.sweep(counted, designs, out=out, workers=1, chunk=50)
         assert len(list(out.glob("chunk-*.npz"))) == (stop - 1) // 50
         assert "not done yet" in repr(D.Sweep.load(out))
-        begun, stop = len(calls), 0
+        begun = len(calls)
+        stops.clear()
         done = fb.sweep(counted, designs, out=out, workers=1, chunk=50)
         assert len(calls) - begun == 300 - (begun - 1) // 50 * 50 and done.errors == ()
         again = len(calls)
@@ -193,6 +196,38 @@ def test_designs_that_come_one_by_one_and_have_changed(tmp_path):
         with pytest.raises(ValueError, match="another sweep, whose designs is"):
             fb.sweep("workspace_area", changed, out=tmp_path / "out", chunk=2, workers=1)
     assert bytes_of(tmp_path / "out") == before
+
+
+OWN = """
+import fivebar as fb
+
+K = {constant}
+
+def helper(robot):
+    return {factor} * robot.l11
+
+def made(offset):
+    def own(robot):
+        return K + helper(robot) + offset
+    return own
+
+print(fb.sweep(made({offset}), [{{"l1": 0.1}}], out="out", workers=1)["own"][0])
+"""
+
+
+def test_a_figure_is_another_one_where_what_it_uses_has_changed(tmp_path):
+    """A file that is edited and run again: its constants, its functions and its closures."""
+
+    def ran(constant=2, factor=3, offset=4):
+        (tmp_path / "own.py").write_text(OWN.format(**locals()), "utf-8")
+        command = [sys.executable, "own.py"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+        return done.stdout + done.stderr
+
+    found = ran()
+    assert float(found) == pytest.approx(6.3) and ran() == found  # from the folder
+    for change in ({"constant": 3}, {"factor": 2}, {"offset": 5}):
+        assert "out: out holds another sweep, whose figures is" in ran(**change)
 
 
 FULL = """

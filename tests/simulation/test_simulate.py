@@ -384,6 +384,12 @@ def test_bad_simulations(options, message):
         fb.simulate(ROBOT, **given)
 
 
+def test_two_limits_of_torque_are_refused_by_what_is_known():
+    controller = fb.ComputedTorque(ROBOT, 100, 20)
+    with pytest.raises(TypeError, match=r"one number for both joints, or motors, not \(1, 2\)"):
+        fb.simulate(ROBOT, controller, TASK_1, torque_limit=(1, 2))
+
+
 @pytest.mark.parametrize(
     "setting, options, message",
     [
