@@ -1,6 +1,7 @@
 """Progress bars are for terminals."""
 
 import io
+import os
 import sys
 from pathlib import Path
 
@@ -33,6 +34,19 @@ def test_a_bar_only_on_a_terminal(terminal, monkeypatch):
         if terminal
         else not stream.getvalue()
     )
+
+
+def test_a_bar_on_a_terminal_without_a_size(monkeypatch):
+    ours, theirs = os.openpty()  # of 0 x 0, as are those of `script` without one around it
+    with open(theirs, "w", encoding="utf-8") as stream:
+        monkeypatch.setattr(sys, "stderr", stream)
+        list(progress(range(3), unit=" steps", mininterval=0))
+        assert os.get_terminal_size(theirs) == (0, 0)
+        written = b""
+        while not written.endswith(b"\n"):
+            written += os.read(ours, 10_000)
+    os.close(ours)
+    assert b"0/3" in written and b"3/3" in written
 
 
 def written_on_a_terminal():

@@ -12,6 +12,11 @@ from tqdm import tqdm
 class _Bar(tqdm):
     monitor_interval = 0  # No thread that watches bars: IPOPT's time limit counts all threads.
 
+    def display(self, *arguments: Any, **options: Any) -> bool:
+        if self.nrows == -1:  # A terminal that does not know its size, on which tqdm shows nothing.
+            self.dynamic_ncols = self.ncols = self.nrows = None
+        return super().display(*arguments, **options)
+
 
 def progress(iterable: Iterable | None = None, **options: Any) -> tqdm:
     """Return tqdm(iterable, **options), which writes nothing where stderr is no terminal or in a
