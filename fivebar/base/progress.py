@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 class _Bar(tqdm):
     monitor_interval = 0  # No thread that watches bars: IPOPT's time limit counts all threads.
+    nrows: int | None
 
     def display(self, *arguments: Any, **options: Any) -> bool:
         if self.nrows == -1:  # A terminal that does not know its size, on which tqdm shows nothing.
