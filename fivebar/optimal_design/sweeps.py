@@ -11,6 +11,7 @@ from ..base.presentation import Plotted
 from ..base.shards import ChunkedTable
 from ..models.robots import Biglide, FiveBar
 from .batch import place_of_design, robot_of_design
+from .figures import FIGURES, Figure
 from .goals import SENSE
 from .results import robot_of_plain
 
@@ -31,6 +32,12 @@ class Sweep(ChunkedTable, Plotted):
         parameters = dict(self.manifest["robot"])
         parameters.pop("kind", None)
         return robot_of_plain(parameters)
+
+    @cached_property
+    def known(self) -> dict[str, Figure]:
+        """{name: Figure} of those of fivebar: a function of one's own may have such a name, too."""
+        kinds = {figure["name"]: figure["kind"] for figure in self.manifest["figures"]}
+        return {name: each for name, each in FIGURES.items() if kinds.get(name) == each.kind}
 
     def design(self, number: int) -> dict[str, float]:
         """Return what a design names."""
@@ -59,15 +66,13 @@ class Sweep(ChunkedTable, Plotted):
         sense : {"min", "max"}
             None: the figure's own, of a function "max".
         """
-        from .figures import FIGURES
-
         figure = figure or self.figures[0]
         if figure not in self.figures:
             known = ", ".join(self.figures)
             raise ValueError(f"figure: {shown(figure)} was not swept; {known} were")
         count = whole(1, 10**7)(count, "count")
         if sense is None:
-            sense = SENSE[FIGURES[figure].better] if figure in FIGURES else "max"
+            sense = SENSE[self.known[figure].better] if figure in self.known else "max"
         values = self[figure]
         valid = np.flatnonzero(~np.isnan(values))
         if one_of("min", "max")(sense, "sense") == "max":

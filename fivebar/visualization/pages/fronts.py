@@ -15,7 +15,7 @@ from ...base.tables import written
 from ...models.robots import FiveBar
 from ..document import picture, report, table
 from ..play.live import LivePage, play
-from ..plot.designs import label, pose_of
+from ..plot.designs import label, parameter_unit, pose_of
 
 if TYPE_CHECKING:
     from ...optimal_design.results import Design, Front
@@ -40,7 +40,9 @@ def save_page(front: Front, path: str | PathLike | None, title: str | None) -> N
     first = front.designs[0]
     rows = []
     live = None
-    heads = ["robot", *map(label, first.parameters), *map(label, first.values)]
+    heads = ["robot"]
+    heads += [label(name, parameter_unit(name, first.robot)) for name in first.parameters]
+    heads += [label(name, first.units[name]) for name in first.values]
     for number, design in enumerate(front.designs, start=1):
         name = f"robot {number}"
         if isinstance(design.robot, FiveBar):

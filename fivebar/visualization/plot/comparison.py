@@ -63,14 +63,17 @@ def draw_designs(compared: DesignComparison, sheet: Sheet, field: str = "paralle
     colours = max(map(field_scale, maps), key=lambda scale: scale.high)
     kinds: dict[str, None] = {}
     pictures = [MapPicture(data, colours, kinds=kinds) for data in maps]
-    values = {of.name: [compared.figures[name][of.name] for name in robots] for of in compared.of}
-    quantities = {name: quantity(name, np.array(row)) for name, row in values.items()}
+    quantities = {}
+    for of in compared.of:
+        row = np.array([compared.figures[name][of.name] for name in robots])
+        quantities[of.name] = quantity(of.name, row, of.unit)
     figure, panels = sheet.grid(list(robots), 3, 4.0, pictures[0].shape)
-    for k, (axes, name, picture) in enumerate(zip(panels, robots, pictures)):
+    for axes, name, picture in zip(panels, robots, pictures):
         picture.draw(axes, compared.task.working)
-        lines = [of.value(values[each][k]).replace("nan", "-") for each, of in quantities.items()]
+        own = compared.figures[name]
+        lines = [of.value(own[each]).replace("nan", "-") for each, of in quantities.items()]
         axes.set_title("\n".join([name, *lines]), fontsize=small_letters())
-    pictures[0].finish(figure, panels, sheet, len(values))
+    pictures[0].finish(figure, panels, sheet, len(quantities))
     return figure
 
 

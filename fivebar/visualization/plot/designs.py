@@ -16,8 +16,8 @@ from matplotlib.tri import Triangulation
 
 from ...base import checks
 from ...models.geometry import Pose, dgm, igm
-from ...models.robots import FiveBar
-from ...optimal_design.figures import FIGURES
+from ...models.parameter_units import units_of
+from ...models.robots import Biglide, FiveBar
 from ...optimal_design.task import SAMPLES, Task
 from ..skeleton import pose_body
 from ..style import BLACK, BLUE, NO_VALUE, RUST, largest_of, readable
@@ -60,22 +60,21 @@ class Quantity(NamedTuple):
         return f"{self.words} = {self.factor * x:.4g} {self.unit}".rstrip()
 
 
-def si_unit(name: str) -> str:
-    """Return the SI unit of a figure of merit or of a parameter, "" without one."""
-    if name in FIGURES:
-        return FIGURES[name].unit
-    return "" if name[0] in "rfz" or name == "m" else "m"
+def parameter_unit(name: str, robot: FiveBar | Biglide) -> str:
+    """Return the SI unit of what designs name, "" of Liu's lengths, which have none."""
+    return next(iter(units_of(name, robot.turns))).strip("1")
 
 
-def label(name: str) -> str:
+def label(name: str, unit: str) -> str:
     """Return a figure of merit or a parameter with its SI unit."""
-    return str(Quantity(name, si_unit(name), 1.0))
+    return str(Quantity(name, unit, 1.0))
 
 
-def quantity(name: str, column: np.ndarray) -> Quantity:
-    """Return a figure of merit or a parameter in the unit in which a column of it reads well."""
+def quantity(name: str, column: np.ndarray, unit: str) -> Quantity:
+    """Return a figure of merit or a parameter in the unit in which a column of it, in SI units,
+    reads well.
+    """
     words = re.sub(r"^([lr])([0-9]+)$", r"$\1_{\2}$", name.replace("_", " "))
-    unit = si_unit(name)
     if unit in UNITS:
         factor, unit = UNITS[unit]
     elif unit in ("m", "N", "N m", "m/s"):
@@ -103,11 +102,15 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
             f"there is nothing to draw: {' or '.join(names)} is finite in none of {sweep.count}"
             " designs"
         )
-    filled = {name: _with_value(name, column) for name, column in values.items()}
+    quantities = {}
+    for name, column in values.items():
+        unit = sweep.known[name].unit if name in sweep.known else ""
+        quantities[name] = quantity(name, column, unit)
+    filled = {name: _with_value(sweep.known.get(name), values[name]) for name in names}
     if set(columns) == {"r1", "r2", "r3"} and np.ptp(sum(columns.values())) < 1e-9:
-        return _atlas(sheet, columns, filled)
+        return _atlas(sheet, columns, filled, quantities)
     varied = [name for name, column in columns.items() if np.ptp(column) > 0] or list(columns)
-    over = [quantity(name, columns[name]) for name in varied]
+    over = [quantity(name, columns[name], parameter_unit(name, sweep.robot)) for name in varied]
     factors = np.array([each.factor for each in over])
     table = factors * np.stack([columns[name] for name in varied], axis=1)
     chosen = [] if mark is None else [("chosen", "D", factors * _values_of(sweep, mark, varied))]
@@ -115,7 +118,7 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
     cells = _cells(table, MOST_PANELS if len(names) == 1 else side_by_side)
     merits = []
     for name, column in (filled if cells else values).items():
-        of = quantity(name, column)
+        of = quantities[name]
         best = [(f"best: {of.value(column[k])}", "o", table[k]) for k in sweep.best(name)[:1]]
         merits.append((of, of.factor * column, best + chosen))
     if cells:
@@ -123,11 +126,11 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
     return _curves(sheet, table, over, merits)
 
 
-def _with_value(name, column):
+def _with_value(figure, column):
     """Return a column with nan where no contour may go: figures over poses are 0 or inf where the
     task is not reached, or crosses Type 2, and next to there jump.
     """
-    of_poses = name in FIGURES and FIGURES[name].kind == "poses"
+    of_poses = figure is not None and figure.kind == "poses"
     jumps = (column == 0) if of_poses and column.any() else False
     return np.where(np.isfinite(column) & ~np.asarray(jumps), column, np.nan)
 
@@ -266,7 +269,7 @@ def _curves(sheet, table, over, merits):
     return _explained(picture, panels, sheet)
 
 
-def _atlas(sheet, columns, values):
+def _atlas(sheet, columns, values, quantities):
     """Liu's plane of the design space r1 + r2 + r3 = 3: x = (2 r1 + r3) / sqrt 3, y = r3."""
     x = (2 * columns["r1"] + columns["r3"]) / np.sqrt(3)
     y = columns["r3"]
@@ -274,7 +277,7 @@ def _atlas(sheet, columns, values):
     places = np.column_stack([(2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3), corners[:, 2]])
     picture, panels = sheet.grid(list(values), 2, 6.1, 3.9)
     for axes, (name, column) in zip(panels, values.items()):
-        of = quantity(name, column)
+        of = quantities[name]
         filled = _filled(axes, x, y, of.factor * column, _levels(of.factor * column))
         axes.figure.colorbar(filled, ax=axes, label=str(of), shrink=0.75)
         axes.plot(*places.T, color=BLACK, lw=1)
@@ -353,7 +356,7 @@ def _robots(panels, designs):
 
 def draw_front(front: Front, sheet: Sheet, robots: int = 5) -> Figure:
     """Draw a front, and robots along it, to one scale, with their numbers in the front's order."""
-    goals = [quantity(name, front[name]) for name in front.goals]
+    goals = [quantity(name, front[name], front.units[name]) for name in front.goals]
     x, y, *more = (goal.factor * front[name] for goal, name in zip(goals, front.goals))
     titles = [f"{goal}, {way}" for goal, way in zip(goals, front.goals.values())]
     places = np.linspace(0, len(front) - 1, min(robots, len(front)))
