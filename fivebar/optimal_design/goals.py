@@ -28,10 +28,11 @@ def goals_of(
     goals: Any, task: Task, robot: FiveBar | Biglide
 ) -> tuple[tuple[Figure, ...], tuple[str, ...]]:
     """Return the figures of the goals, and whether each is to be "min" or "max"."""
-    figures = figures_of(list(goals) if isinstance(goals, Mapping) else goals, task, robot, "goals")
+    has_senses = isinstance(goals, Mapping) and not any(map(callable, goals.values()))
+    figures = figures_of(list(goals) if has_senses else goals, task, robot, "goals")
     if len(figures) > 3:
         raise ValueError(f"goals: at most three, not {len(figures)}: name the others as limits")
-    given = goals.values() if isinstance(goals, Mapping) else [None] * len(figures)
+    given = goals.values() if has_senses else [None] * len(figures)
     senses = []
     for figure, sense in zip(figures, given):
         if sense not in ("min", "max", None):

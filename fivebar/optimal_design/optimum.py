@@ -61,8 +61,9 @@ def design(
     Parameters
     ----------
     goals : str, callable, list or mapping
-        A figure of merit by name or as a function of a robot, a list of up to three, or {figure:
-        "min", "max" or None}. A name knows its own sense; a function is to be large.
+        A figure of merit by name or as a function of a robot, a list of up to three, {name:
+        function} or {figure: "min", "max" or None}. A name knows its own sense; a function is to be
+        large.
     bounds : mapping
         {parameter: (low, high)}, a number where it is fixed. Parameters as in `sweep`: l1 and l2
         make the robot symmetric, task_y moves its table.

@@ -236,6 +236,46 @@ def test_pictures_of_sweeps(tmp_path):
         fb.sweep("workspace_area", {"d": [9.0]}).plot()
 
 
+def cost(robot):
+    return 3 * robot.l11
+
+
+def bars(robot):
+    return 2 * robot.l11 / robot.d
+
+
+def words_of(picture):
+    panels = [(axes.get_xlabel(), axes.get_ylabel(), axes.get_title()) for axes in picture.axes]
+    legends = [text.get_text() for legend in picture.legends for text in legend.get_texts()]
+    return [*sum(panels, ()), *legends]
+
+
+def test_a_function_of_ones_own_has_no_unit_in_pictures(tmp_path):
+    """Also one that is called as a figure that has one: cost = 3 x 0.2 at best, bars = 0.4 / 0.1."""
+    own, space = [cost, bars, "workspace_area"], {"l1": [0.05, 0.2], "d": [0.1, 0.4]}
+    swept = fb.sweep(own, D.grid(space))
+    words = words_of(swept.plot())
+    assert {"best: cost = 0.6", "best: bars = 4", "cost", "bars"} < set(words)
+    assert "workspace area (cm²)" in words
+    assert swept.robot_at(swept.best("bars")[0]).l11 == 0.2  # a function is to be large
+    assert {"cost", "bars"} < set(words_of(fb.sweep([cost, bars], D.triangle(6)).plot()))
+    front = fb.design(own[::2], {"l1": (0.05, 0.2), "d": (0.1, 0.2)}, effort=0.02, points=2)
+    assert front.plot().axes[0].get_xlabel() == "cost, max"
+    front.page(tmp_path / "front.html")
+    heads = re.findall("<th[^>]*>([^<]+)", (tmp_path / "front.html").read_text(encoding="utf-8"))
+    assert heads[1:5] == ["l1 (m)", "d (m)", "cost", "workspace_area (m²)"]
+
+
+def test_parameters_have_their_units_in_pictures():
+    picture = fb.sweep("bars", D.grid({"mx11": [0, 0.001], "r1": [0.1, 0.2]})).plot()
+    assert words_of(picture)[:2] == ["mx11 (kg m)", "$r_{1}$"]
+
+
+def test_goals_of_ones_own_may_have_names():
+    found = fb.design({"size": lambda robot: robot.l11}, {"l1": (0.05, 0.2)}, effort=0.05)
+    assert found.values == pytest.approx({"size": 0.2}, rel=1e-3) and found.goals == {"size": "max"}
+
+
 def ring(robot):
     return float(robot.l11 * robot.l12)
 
