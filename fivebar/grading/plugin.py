@@ -255,9 +255,10 @@ class Checks:
                 found = replace(mistake, name=f"{mistake.name}, in your {name}", model=None)
         verdict = replace(error.verdict, diagnosis=found)
         if last is not None:
-            found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
             # The mistake gives these answers, not those with the wrong functions.
-            verdict = replace(verdict, diagnosis=found, answers=left.verdict.answers)
+            remarks = *verdict.remarks, f"your {names} is wrong, too"
+            answers = left.verdict.answers
+            verdict = replace(verdict, diagnosis=last, answers=answers, remarks=remarks)
         record = item.stash[_ASK].record
         record[-1] = replace(record[-1], verdict=verdict)
         return Wrong(verdict)

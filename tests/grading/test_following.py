@@ -144,6 +144,18 @@ def test_what_takes_columns_or_matrices_gets_them_from_the_right_one_of_a_functi
     assert lost == {"dynamic_model", *(["forward_dynamics"] if "@" in last else [])}
 
 
+def test_a_mistake_has_one_name_beside_a_function_that_is_still_to_be_written(tmp_path):
+    old = "return np.hstack([torques(*motion, 1, 0) - c, torques(*motion, 0, 1) - c]), c"
+    assert old in COLUMNS
+    source = COLUMNS.replace(old, "return np.eye(2), np.ones((2, 1))").replace(
+        "[tau2]]) - c", "[tau2]]) + c"
+    )
+    report = grade(find_lab("lab5"), Job(written(tmp_path / "my.py", source)))
+    found = [check for check in report.checks if check.function == "forward_dynamics"]
+    assert {check.misconception for check in found} <= {"c of the wrong sign", "the sign of c"}
+    assert any("your dynamic_model is wrong, too" in check.remarks for check in found)
+
+
 def test_one_element_that_is_always_0_is_a_model_with_a_mistake(tmp_path):
     old = "    return np.hstack([torques(*motion, 1, 0) - c, torques(*motion, 0, 1) - c]), c"
     new = "    M = np.hstack([torques(*motion, 1, 0) - c, torques(*motion, 0, 1) - c])\n    M[1, 0] = 0\n    return M, c"
