@@ -84,12 +84,6 @@ class Lab:
         family = self.family()
         return family if family[0] == self else [self]
 
-    def helpers(self) -> tuple[tuple[Exercise, tuple], ...]:
-        """Return functions that are no task but that many files have, and columns to ask them:
-        HELPERS of exercises.py.
-        """
-        return self._content().get("HELPERS", ())
-
     @property
     def hides_robot(self) -> bool:
         """Whether the numbers of a student's robot are what he is to find."""

@@ -24,11 +24,6 @@ igm(x, y, gamma1, gamma2) -> q11, q21: active
 dgm_passive(q11, q21, assembly_mode) -> q12, q22: relative
 A(JOINTS) -> A: A
 B(JOINTS) -> B: B
-compute_A_B(JOINTS) -> A, B: A B
-B_A(JOINTS) -> B, A: B A
-jacobian(JOINTS) -> J: J
-velocity_terms(JOINTS, RATES) -> d: d
-elbows(q11, q21) -> x1, y1, x2, y2: pivot
 dkm(JOINTS, q11D, q21D) -> xD, yD: xi_dot_found
 ikm(JOINTS, xD, yD) -> q11D, q21D: rates_found
 dkm_passive(JOINTS, q11D, q21D, xD, yD) -> q12D, q22D: passive_found
@@ -50,8 +45,7 @@ def _read(line):
 
 # Name -> its signature, arguments and returns, and the quantities of a derivation that these are.
 MODELS = dict(map(_read, _TABLE.strip().splitlines()))
-HELPERS = ("A", "B", "compute_A_B", "B_A", "jacobian", "velocity_terms", "elbows")
-SHAPES: dict[str, tuple[int, ...]] = {"c": (2,), "d": (2,)} | dict.fromkeys("ABJM", (2, 2))
+SHAPES: dict[str, tuple[int, ...]] = {"c": (2,)} | dict.fromkeys("ABM", (2, 2))
 
 
 def dgm(robot: Robot, q11: Array, q21: Array, assembly_mode: Array) -> geometry.Pose:

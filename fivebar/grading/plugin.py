@@ -26,9 +26,8 @@ from .intake.students_robots import PUBLIC_SEED
 from .judging.ask import Ask, Wrong
 from .judging.diagnosis import consistent, denied, explains
 from .judging.judge import Verdict
-from .judging.own_helpers import wrong_helpers
 from .judging.results import checked
-from .judging.with_right_ones import NEVER, helped, may_help, reached, remark
+from .judging.with_right_ones import NEVER, helped, may_help, remark
 from .labs import Lab
 from .report.text import check_lines, number
 from .worker.cell.stand_in import FORMS
@@ -98,11 +97,9 @@ class Checks:
         self.killed: Any = None
         self.bar = None  # of who watches
         self._hopeless: dict = {}
-        self._helpers: dict | None = None  # wrong ones
         self.verdicts: dict = {}  # function -> place in `found` -> Verdict
         self.asks: list[Ask] = []
         self.failed: dict[str, Failed] = {}  # by a test's name
-        self._payers: dict = {}  # helper -> the functions that lose points for it
 
     def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")
@@ -144,44 +141,24 @@ class Checks:
     def _with_right_ones(self, item, error):
         """Run the check once more, with right functions in place of wrong ones called whose mistake
         is paid for elsewhere; raises what is then wrong.
-
-        The first function that a wrong helper spoils pays for it: it is told, and keeps its points.
         """
         lab, first = Lab(item.path.parent), item.stash[_ASK]
         self.failed[item.name] = Failed(item, first, dict(item.funcargs))
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")
         if before.reason in NEVER or "RecursionError" in before.text:
             raise error
-        called, helpers = self.called(lab, first.asked), self._helpers_of(lab, first.asked)
-        payer = frozenset(first.asked)
-        paid = {name for name in helpers if self._payers.get(name, payer) != payer}
-        given = called | {name: helpers[name].exercise for name in paid}
+        given = self.called(lab, first.asked)
         if given:
             ask, after, left = self._in_best_form(item, lab, given)
-            doubtful = called.keys() - self._right()
+            doubtful = given.keys() - self._right()
             judged = {name: rows for name, rows in ask.rows.items() if name in doubtful}
             wrong = first.mistakes(judged) if after > before.share else {}
-            used = any(rows for _, rows in judged.values())
-            wrong |= {name: helpers[name].verdict.mistake for name in paid if wrong or not used}
-            if after > before.share and wrong:
+            if wrong:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))
-                error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
+                error = left
             elif after > before.share or before.diagnosis is None and _diagnosis(left):
-                error = self._told(item, error, dict.fromkeys(doubtful or called), left)
-        guilty, share = [], before.share if error is not None else 1.0
-        for name, helper in helpers.items():
-            if name in paid or share == 1:
-                continue
-            _, after, left = self.again(item, lab, given | {name: helper.exercise}, False)
-            if after > share:
-                share, last = after, left
-                guilty.append(name)
-                given[name] = helper.exercise
-        if guilty:
-            self._payers |= dict.fromkeys(guilty, payer)
-            known = {name: helpers[name].verdict.diagnosis for name in guilty}
-            error = self._told(item, error, known, last)
+                error = self._told(item, error, sorted(doubtful or given), left)
         if error is not None:
             raise error from None
 
@@ -193,7 +170,7 @@ class Checks:
         student, tried = self.program.student, {}
         for form in FORMS if raising & given.keys() else [student.form]:
             student.form = form
-            tried[form] = self.again(item, lab, given, True)
+            tried[form] = self.again(item, lab, given)
         student.form = max(tried, key=lambda form: tried[form][1])
         return tried[student.form]
 
@@ -209,25 +186,14 @@ class Checks:
         wrong = {check.function for check in self.found if check.share < 1}
         return {check.function for check in self.found} - wrong
 
-    def _helpers_of(self, lab, asked):
-        """Return the wrong helpers that those asked call, first those that call the fewest."""
-        outline = self.program.student.outline
-        if self._helpers is None:
-            self._helpers = wrong_helpers(self.program, lab)
-        called = set().union(*(reached(outline, name) for name in asked))
-        names = [name for name in self._helpers if name in called]
-        names.sort(key=lambda name: len(reached(outline, name)))
-        return {name: self._helpers[name] for name in names}
-
-    def again(self, item, lab, given, deep, change=None):
+    def again(self, item, lab, given, change=None):
         """Return the Ask of a check run with the right ones of these functions, the share of its
-        points that it earns, and what is wrong, None where nothing is; deep: as in Ask; change: of
-        the program, made in it, too.
+        points that it earns, and what is wrong, None where nothing is; change: of the program, made
+        in it, too.
         """
         robot = self.program.robot_in(lab)
         with helped(self.program, given, robot, lab.constants(), change) as program:
             ask = Ask(program, lab, {}, self._drawn("order", item))
-            ask.deep = deep
             arguments = {"ask": ask, "draw": self._drawn("", item)}
             for name in signature(item.obj).parameters:
                 arguments.setdefault(name, self.failed[item.name].arguments.get(name))
@@ -241,19 +207,12 @@ class Checks:
             ask.rows = program.student.rows
         return ask, share, left
 
-    def _told(self, item, error, wrong, left):
-        """Return the error of a function that pays for wrong ones that it calls, each with the
-        mistake in it that is known.
-        """
+    def _told(self, item, error, names, left):
+        """Return the error of a function that pays for wrong ones of these names that it calls."""
         if not isinstance(error, Wrong):
             return error
-        last = _diagnosis(left)
-        names = " and ".join(wrong)
-        found = consistent(names)
-        for name, mistake in wrong.items():
-            if mistake is not None:  # its model gives what the helper gives
-                found = replace(mistake, name=f"{mistake.name}, in your {name}", model=None)
-        verdict = replace(error.verdict, diagnosis=found)
+        names, last = " and ".join(names), _diagnosis(left)
+        verdict = replace(error.verdict, diagnosis=consistent(names))
         if last is not None:
             # The mistake gives these answers, not those with the wrong functions.
             remarks = *verdict.remarks, f"your {names} is wrong, too"

@@ -285,20 +285,6 @@ FORCE = Exercise(
 )
 
 
-def of_time(robot, t, T):
-    """s and its first two derivatives by time."""
-    s, sD, sDD = quintic(t / T)
-    return s, sD / T, sDD / T**2
-
-
-# Helpers that many files have, and what they are asked.
-PART, DURATION = np.linspace(0.03, 0.97, 64), np.linspace(0.5, 5, 64)[::-1]
-HELPERS = (
-    (Exercise("profile(u) -> s, sD, sDD", lambda robot, u: quintic(u)), (PART,)),
-    (Exercise("profile(u) -> s", lambda robot, u: quintic(u)[0]), (PART,)),
-    (Exercise("profile(t, T) -> s, sD, sDD", of_time), (PART * DURATION, DURATION)),
-    (Exercise("profile(t, T) -> s", lambda *row: of_time(*row)[0]), (PART * DURATION, DURATION)),
-)
 # The next two are judged by what they do: test_lab.py.
 EXERCISES = [TRAJECTORY, COMPUTED_TORQUE, MEETS, FORCE]
 USES = dict.fromkeys(("meets", "missing_force", "crossing_trajectory"), ("trajectory", "meets"))

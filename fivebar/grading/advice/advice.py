@@ -171,7 +171,7 @@ class Advice:
             if not any(builds_on(outline, name, changed) for name in asked):
                 continue
             given = self._checks.called(self._lab, asked)
-            ask, share, left = self._checks.again(failed.item, self._lab, given, True, mend.made)
+            ask, share, left = self._checks.again(failed.item, self._lab, given, mend.made)
             if share > check.share:
                 count = "one change" if len(mend.changes) == 1 else "two changes"
                 helper = " and ".join(sorted(changed))

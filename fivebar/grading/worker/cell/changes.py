@@ -234,6 +234,7 @@ class _Single:
         else:
             unsigned = kind, _ADDED.sub("±", text)
             far = [(kind, text, _TURNED.sub("", around)), (kind, text), bare, unsigned]
+            far.append((kind, text, self.scope.name))
             keys = [self.key, *near, *far]
         return [*dict.fromkeys(keys)]
 

@@ -240,6 +240,8 @@ def _target(line):
 
 
 def _read_line(line):
+    if isinstance(line, ast.Assign) and isinstance(line.targets[0], ast.Subscript):
+        line = line.value  # B[0, 0] and B[1, 1] are one for either leg
     body = getattr(line, "body", None)
     return ast.unparse(line.test if isinstance(body, list) and hasattr(line, "test") else line)
 
