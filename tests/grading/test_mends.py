@@ -20,6 +20,7 @@ from fivebar.grading.plugin import Checks
 from fivebar.grading.worker import places
 from fivebar.grading.worker.wire import Garbled, told, whole
 from tests.helpers.hand_ins import FOLDER, hand_ins
+from tests.helpers.lab_session import SOLUTIONS
 
 sys.path.insert(0, str(places.CELL))
 from changes import WAVES, Trials, Variants  # noqa: E402
@@ -447,6 +448,17 @@ def test_two_slips_in_one_function_are_told_together(tmp_path):
         spot.count("right answers come with") == 2
         and "line 101: q21D: right answers come with -q21D" in spot
     )
+
+
+@pytest.mark.deep
+def test_both_elements_beside_the_diagonal_are_missed(tmp_path):
+    source = (SOLUTIONS / "lab6.py").read_text("utf-8")
+    path = tmp_path / "my.py"
+    wrong = source.replace(" + M[0][1] * a2", "").replace("M[1][0] * a1 + ", "")
+    path.write_text(wrong, "utf-8")
+    found = grade(find_lab("lab6"), Job(path, seed="mends"))
+    told = {check.misconception for check in found.checks if check.share < 1}
+    assert told == {"a1 * M[0][1] forgotten; and a2 * M[0][1] forgotten"}
 
 
 @pytest.mark.deep

@@ -87,6 +87,7 @@ def flat(values):
         ("dgm", PHI, PHI + 3, "a function", "np.arctan(y/x) => np.arctan2(y, x)", "atan for atan2"),
         ("dgm", PHI, PHI + 3, "a variable", "q11 => q21", "q11 in place of q21"),
         ("dgm", PHI, PHI + 3, "a function", "sin(q) => cos(q)", "sine and cosine exchanged"),
+        ("dkm2", -RATES.d, RATES.d, "a function", "abs(d) => d", "an absolute value too much in d"),
     ],
 )
 def test_a_change_is_called_by_what_it_is_worth(function, old, new, kind, text, name):

@@ -38,7 +38,6 @@ MUTATED = (
 EACH = 12  # mutants
 ORIGINS: dict = {}  # name or formula -> the part that found it
 SIDE = re.compile(r", in the (left|right) leg$")
-CHANGES = ("_single", "_written")
 FORMULAS = [name for name in vars(formulas) if re.fullmatch("_(of|with|an|sums|by).*", name)]
 
 
@@ -72,8 +71,7 @@ def traced(origins):
     diagnosis._single = single
     for name in FORMULAS:
         setattr(formulas, name, _traced_formula(getattr(formulas, name), name, origins))
-    for name in CHANGES:
-        setattr(search._Search, name, _traced_search(getattr(search._Search, name), name, origins))
+    search._Search._sure = _traced_search(search._Search._sure, origins)
 
 
 def _traced_formula(plain, name, origins):
@@ -86,21 +84,18 @@ def _traced_formula(plain, name, origins):
     return found if name not in ("_of_kin",) else plain
 
 
-def _traced_search(plain, name, origins):
-    def search(self, *row, **options):
-        found = plain(self, *row, **options)
+def _traced_search(plain, origins):
+    def sure(self, tried, numbers):
+        found = plain(self, tried, numbers)
         if found is not None:
-            last = found.made.steps[-1] if found.made.steps else None
-            if name == "_written" and isinstance(last, tuple) and isinstance(last[0], tuple):
-                ways = [origins.get(("formula", one[2]), "named") for one in last]
-            else:
-                ways = [f"change, wave {found.made.wave}"]
+            ways = [f"wave {tried.wave}"]
+            if tried.wave is None:
+                ways = [origins.get(("formula", one[2]), "named") for one in tried.steps[-1]]
             for change in found.changes:
-                key = f"{change.kind} ({' and '.join(ways)})"
-                origins[change.old, change.new] = key
+                origins[change.old, change.new] = f"{change.kind} ({' and '.join(ways)})"
         return found
 
-    return search
+    return sure
 
 
 def told(name, number):

@@ -320,7 +320,8 @@ def named_change(
     for old, new in around:
         quantity = known.name_of(new)
         where = where or quantity
-        if found := _related(old, new, quantity, known.others(change)):
+        found = _related(old, new, quantity, known.others(change))
+        if found and change.kind != "a function":  # its name tells more than its value
             return found
     kind, hint = _kind(change)
     return (f"{kind} in {where}" if where else kind), hint

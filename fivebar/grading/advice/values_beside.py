@@ -32,12 +32,10 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         if len(sizes) == 1 and _ARRAY.fullmatch(text):
             arrays[text] = np.array(parts)
     old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
-    numbers |= _sums(numbers)
+    # Before sums and sines, of which there may be more than are looked at.
+    made = _parts(arrays) if size == 1 else _images(arrays, size)
+    numbers |= made | _sums(numbers)
     numbers |= _turned(numbers)
-    if size == 1:
-        numbers |= _parts(arrays)
-    else:
-        numbers |= _images(arrays, size)
     return old | _different(numbers)
 
 
