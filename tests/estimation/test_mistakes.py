@@ -117,6 +117,26 @@ def test_metres_read_as_millimetres_are_named_though_a_small_robot_fits_to_sigma
         fb.calibrate(LAB, small, FREE, sigma=1e-4)
 
 
+@pytest.mark.parametrize("sigma", [1e-2, 0.1])
+def test_a_sigma_near_the_size_of_a_bar_is_refused(sigma):
+    """To such a sigma fits any robot: of points in metres that are said to be mm, too."""
+    _, data = data_of(1)
+    small = data | dict(x=data["x"] / 1e3, y=data["y"] / 1e3)
+    for rows in (data, small):
+        with pytest.raises(ValueError, match="% of a bar, and to that any robot fits. .* not in mm"):
+            fb.calibrate(LAB, rows, FREE, sigma=sigma)
+    assert fb.calibrate(LAB, data, FREE, sigma=sigma, mistakes="keep").rms < 1.2e-4
+
+
+def test_angles_in_radians_that_are_said_to_be_degrees_are_named():
+    _, data = data_of(1)
+    units = {"q1": "deg", "q2": "deg"}
+    with pytest.raises(ValueError, match="column q1 and q2 in rad, not in degrees?"):
+        fb.calibrate(LAB, data, FREE, units=units)
+    mended = fb.calibrate(LAB, data, FREE, units=units, mistakes="mend")
+    assert mended.rms == pytest.approx(fb.calibrate(LAB, data, FREE).rms, rel=1e-6)
+
+
 def test_modes_that_are_noted_wrong():
     _, data = data_of(4, modes_noted=True)
     assert fb.calibrate(LAB, data, FREE).notes == ()
@@ -345,7 +365,7 @@ def test_misses_of_another_size_than_a_measurement_are_no_calibration(tmp_path, 
     arguments = [str(table), "--robot", str(robot), "--unknown", *TURNED, "--out", str(tmp_path)]
     assert main(["calibrate", *arguments]) != 0
     message = capsys.readouterr().err
-    assert "of a bar. Are q1, q2 in degrees" in message and "--mistakes keep" in message
+    assert "of a bar. Are q1, q2 in degrees or rad" in message and "--mistakes keep" in message
     assert not (tmp_path / "calibration.json").exists()
 
 

@@ -324,8 +324,8 @@ def _refuse_unknown_modes(rows, p, lost):
     if none.any():
         raise ValueError(
             f"{rows.named(none)}: at these angles the robot does not close in the modes noted. Are"
-            " q1, q2 in degrees (units=, --units deg), swapped, or of the wrong sign? Are the modes"
-            " right, and the offsets to begin with (start, on the command line --start)?"
+            " q1, q2 in degrees or rad (units=, --units), swapped, or of the wrong sign? Are the"
+            " modes right, and the offsets to begin with (start, on the command line --start)?"
         )
     if lost.any():
         missing = (
@@ -345,6 +345,12 @@ def _refuse_far_misses(task, p, start, assembly):
     off, _ = residuals(p, task.rows, assembly, derive=False)
     missed = np.sqrt(np.mean(off**2)) if task.loss == "linear" else np.median(np.abs(off))
     size = task.bar * p[PLACE["scale"]]
+    if task.sigma > FAR * size:
+        raise ValueError(
+            f"sigma is {1e3 * task.sigma:.3g} mm, {task.sigma / size:.0%} of a bar, and to that any"
+            " robot fits. Is it in mm (--sigma 0.02mm), or are x, y in m, not in mm?"
+            " mistakes='keep' (--mistakes keep) takes this fit as it is"
+        )
     if missed > max(FAR * size, 4 * task.sigma):
         bad, far = rows_far_off(task, start)
         if far < FAR * size:
@@ -355,8 +361,8 @@ def _refuse_far_misses(task, p, start, assembly):
             )
         raise ValueError(
             f"no robot with these unknowns fits: the best one misses by {1e3 * missed:.3g} mm,"
-            f" {missed / size:.0%} of a bar. Are q1, q2 in degrees, x, y or distance in mm"
-            " (units=, --units deg mm), or has one the wrong sign? Is all unknown that is not known"
+            f" {missed / size:.0%} of a bar. Are q1, q2 in degrees or rad, x, y or distance in mm or"
+            " m (units=, --units), or has one the wrong sign? Is all unknown that is not known"
             " (offsets, the frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes this fit"
             " as it is"
         )
@@ -428,5 +434,5 @@ def _reaching(task, p, assembly):
         )
     raise ValueError(
         f"{task.rows.named(out)}: with these angles the robot that fits the other rows does"
-        f" not close: a wrong reading, or q1, q2 in degrees (units=, --units deg)?{frame}"
+        f" not close: a wrong reading, or q1, q2 in degrees or rad (units=, --units)?{frame}"
     )

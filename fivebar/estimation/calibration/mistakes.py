@@ -57,6 +57,7 @@ READINGS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "q1 in degrees": _readings(DEG, 1.0),
     "q2 in degrees": _readings(1.0, DEG),
     "q1 and q2 in degrees": _readings(DEG, DEG),
+    "q1 and q2 in rad, not in degrees": _readings(1 / DEG, 1 / DEG),
     "q1 and q2 swapped": _swapped_readings,
     "q1 with the wrong sign": _readings(-1.0, 1.0),
     "q2 with the wrong sign": _readings(1.0, -1.0),

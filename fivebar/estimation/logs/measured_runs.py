@@ -17,8 +17,8 @@ from ...models.geometry import dgm
 from ...models.kinematics import dkm
 from ...models.robots import FiveBar, Robot
 from ...simulation.bags import JOINTS, read_bag
-from ...simulation.run import Event, Measured, Run
-from ...singularities.margins import Singularity
+from ...simulation.events import crossings
+from ...simulation.run import Measured, Run
 from .derivatives import HIGHEST, derivatives, half_window, spectrum
 from .logs import Gauges, Log, evenly, read_log
 
@@ -240,25 +240,15 @@ def _end_effector(log, robot, assembly, notes):
 
 
 def _crossings(log, robot, pose, closes):
-    """Return the Events where a leg changes its mode: between two rows, or on rows between them."""
-    sines = np.stack([np.where(closes, sine, np.nan) for sine in pose.sines], axis=1)
-    signed = np.column_stack([sines, pose.det_A])
-    cuts = np.array([cut.row for cut in log.cuts])
+    """Return the Events where a sine changes its sign between rows with time and loop in between."""
+    margins = np.stack([*pose.sines, pose.det_A], axis=1)
+    ends = np.flatnonzero(np.diff(closes)) + 1
+    edges = {*ends.tolist(), *(cut.row for cut in log.cuts)}
+    pieces = np.split(np.arange(len(closes)), sorted(edges))
     events = []
-    for leg in (0, 1):
-        regular = np.flatnonzero(sines[:, leg])  # rows of nan, too: nothing is known across them
-        for k, end in zip(regular, regular[1:]):
-            first = sines[k, leg]
-            second = sines[end, leg]
-            if not first * second < 0 or ((cuts > k) & (cuts <= end)).any():
-                continue
-            # Where the sine, a straight line between two rows, is 0; or amid the rows where it is.
-            share = first / (first - second)
-            t = log.t[k] + share * (log.t[end] - log.t[k])
-            if end > k + 1:
-                t = (log.t[k + 1] + log.t[end - 1]) / 2
-            signs = -np.sign(signed[[k, end]])
-            before, after = (tuple(modes) for modes in signs.astype(int).tolist())
-            name = robot.words.sines[leg]
-            events.append(Event(float(t), Singularity.SERIAL, name, before, after))
-    return tuple(sorted(events))
+    for rows in pieces:
+        if len(rows) > 1 and closes[rows[0]]:
+            t = log.t[rows]
+            own = margins[rows]
+            events += crossings(robot, t, own, np.gradient(own, t, axis=0))
+    return tuple(events)

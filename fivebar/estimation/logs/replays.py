@@ -14,6 +14,7 @@ from scipy.interpolate import make_splrep
 from ...base.checks import a_callable, instance, one_of, optional, positive, takes
 from ...base.errors import SingularityError, UnreachableError
 from ...base.presentation import Animated
+from ...base.progress import progress
 from ...base.representation import one_line
 from ...base.robot_uses import robot_for
 from ...control.laws import ComputedTorque
@@ -190,7 +191,7 @@ def _replayed(run, robot, by, stretches, simulate_rows):
     notes = []
     events = []
     short = []
-    for rows in stretches:
+    for rows in progress(stretches, desc="replay", unit=" stretches", delay=2, leave=False):
         if rows.stop - rows.start < SHORTEST:
             short.append(rows)
             continue
