@@ -39,7 +39,6 @@ OPTIONS = TABLE | {
         "raise",
         "in the data: refuse them, put them right, or do not look for them",
     ),
-    "--profile": "95 %% intervals by profile likelihood, too",
     "--from-drawing A4|A5": "write a test drawing, and a table for a ruler to fill in, instead",
     "--photo PICTURE": "of the drawn sheet, whole, on a darker ground: with --from-drawing",
     "--sides MM MM": "of that sheet, by a ruler, the longer one first: scale of the photograph",
@@ -144,12 +143,8 @@ def _calibrate(arguments):
         **used_options(arguments, "sigma", "loss", "units", "columns", "mistakes"),
     )
     text = str(result)
-    profiles = result.intervals(method="profile") if arguments.profile else {}
-    if profiles:
-        lines = [f"{name}: {low:.9g} to {high:.9g}" for name, (low, high) in profiles.items()]
-        text += "\n\n95 % intervals by profile likelihood, SI units:\n" + "\n".join(lines)
     if arguments.json:
-        print_json(_as_json(result, profiles))
+        print_json(_as_json(result))
     else:
         print(text)
     if arguments.out:
@@ -173,7 +168,7 @@ def _write_text(path, text):
         file.write(text + "\n")
 
 
-def _as_json(result, profiles):
+def _as_json(result):
     names = (
         "values sd rank indistinguishable weakly_identified dof p_value fits outliers notes robot"
         " correlation"
@@ -181,7 +176,6 @@ def _as_json(result, profiles):
     table = {name: getattr(result, name) for name in names.split()}
     return table | {
         "intervals_95": result.intervals(),
-        "profile_95": profiles,
         "rows": len(result.rows),
         "rms_m": result.rms,
         "rms_before_m": result.rms_before,

@@ -740,7 +740,7 @@ def test_a_calibration_is_told_and_written(ran, here, unplotted):
     fb.Machine(ROBOT, constraints=limits).save(here / "robot.toml")
     words = "calibrate data.csv --unknown l11 l12 --robot robot.toml"
     result = fb.calibrate(ROBOT, "data.csv", ("l11", "l12"), sigma=1e-4)
-    told = ran(f"{words} --sigma 1e-4 --json --out out --profile")
+    told = ran(f"{words} --sigma 1e-4 --json --out out")
     found = json.loads(told.out)
     files = [f"calibration.{end}" for end in ("png", "json", "txt")] + ["robot.toml"]
     assert told.err.splitlines()[-4:] == [str(Path("out", name)) for name in files]
@@ -753,10 +753,9 @@ def test_a_calibration_is_told_and_written(ran, here, unplotted):
     assert np.shape(found["residuals_m"]) == (8, 2)
     for name, bounds in result.intervals().items():
         assert found["intervals_95"][name] == pytest.approx(list(bounds))
-        assert found["profile_95"][name] == pytest.approx(list(bounds), rel=1e-3)
     assert Path("out/calibration.png").read_text() == "picture"
     text = Path("out/calibration.txt").read_text("utf-8")
-    assert text.startswith(str(result)) and "by profile likelihood, SI units:\nl11: " in text
+    assert text.startswith(str(result))
     again = fb.Calibration.from_json("out/calibration.json")
     assert again.values == pytest.approx(result.values)
     robot = fb.load_machine("out/robot.toml")
@@ -766,7 +765,7 @@ def test_a_calibration_is_told_and_written(ran, here, unplotted):
     assert json.loads(ran(f"{words} --json").out)["chi2"] is None
     told = ran(f"{words} --sigma 1e-4 --out out").out
     assert told.splitlines()[-4:] == [str(Path("out", name)) for name in files]
-    assert told.startswith(str(result)) and "profile" not in told
+    assert told.startswith(str(result))
 
 
 def test_crosses_of_a_photograph_are_calibrated_with(here, monkeypatch, given):

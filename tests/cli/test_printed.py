@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.cli import certify, design, draw, main
+from fivebar.cli import certify, design, draw
 
 
 def test_the_table_of_a_drawing(capsys):
@@ -73,24 +73,6 @@ def test_the_table_of_a_front(capsys):
         "0.1   0.5          l11; reach",
         "0.2  0.75             nothing",
     ]
-
-
-def test_intervals_by_profile_are_asked_for_and_printed(tmp_path, monkeypatch, capsys):
-    (tmp_path / "data.csv").write_text("q1,q2,x,y\n", "utf-8")
-
-    class Result:
-        def __str__(self):
-            return "result"
-
-        def intervals(self, method):
-            return {"l11": (0.08, 0.1)} if method == "profile" else {}
-
-    function = "fivebar.estimation.calibration.calibrate.calibrate"
-    monkeypatch.setattr(function, lambda *places, **names: Result())
-    words = ["calibrate", str(tmp_path / "data.csv")]
-    for more, is_printed in (([], False), (["--profile"], True)):
-        assert main([*words, *more]) == 0
-        assert ("l11: 0.08 to 0.1" in capsys.readouterr().out) == is_printed
 
 
 @pytest.mark.parametrize("leaves", (None, 0.25))

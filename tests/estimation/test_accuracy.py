@@ -159,23 +159,16 @@ def test_tip_error_by_jacobian_is_that_of_differences_and_of_monte_carlo():
         slope = size * (up - down) / 2e-6
         total += slope[:, :, None] * slope[:, None, :]
     assert found.covariance == pytest.approx(total, rel=1e-6)
-    assert sum(found.shares.values()) == pytest.approx(np.ones(3))
     assert (found.worst >= found.sd).all() and repr(found).startswith("<TipError: 3 poses")
 
 
 def test_worst_case_is_reached_by_a_corner_of_the_tolerances():
-    found = fb.tip_error(
-        LAB,
-        dict(l11=1e-5, l22=2e-5, offset1=1e-4),
-        (0.02, 0.1),
-        samples=2000,
-        distribution="uniform",
-    )
+    sizes = dict(l11=1e-5, l22=2e-5, offset1=1e-4)
+    found = fb.tip_error(LAB, sizes, (0.02, 0.1), samples=2000)
     corners = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T * found.tolerances
     assert found.worst[0] == pytest.approx(
         np.hypot(*(found.jacobian[0] @ corners.T)).max(), rel=1e-4
     )
-    assert np.hypot(*found.drawn[0].T).max() <= found.worst[0] * 1.01
     assert found.monte_carlo_sd == pytest.approx(found.sd, rel=0.05)
 
 

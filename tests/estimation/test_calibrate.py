@@ -280,23 +280,6 @@ def test_standard_deviations_are_those_of_repeated_measurements():
     assert np.std(values, axis=0) == pytest.approx(list(found.sd.values()), rel=0.2)
     assert np.corrcoef(np.array(values).T) == pytest.approx(found.correlation, abs=0.2)
     assert found.absolute and found.p_value is not None
-    relative = fb.calibrate(
-        LAB, {k: v for k, v in data.items() if k != "sigma"}, LENGTHS, weights=1 / sigma**2
-    )
-    assert relative.values == pytest.approx(found.values, abs=1e-12) and relative.p_value is None
-
-
-def test_profile_likelihood():
-    """The linear interval where the model is straight; held at its end, all others fit by that much worse."""
-    rng = np.random.default_rng(16)
-    data = measured(twin(rng, LAB, LENGTHS), 20, rng, 1e-4)
-    found = fb.calibrate(LAB, data, LENGTHS, sigma=1e-4)
-    linear, bent = found.intervals(0.9), found.intervals(0.9, "profile")
-    for name in LENGTHS:
-        assert bent[name] == pytest.approx(linear[name], abs=0.02 * found.sd[name])
-        assert found.refit({name: bent[name][1]}) - found.chi2 == pytest.approx(
-            1.6448536**2, rel=1e-3
-        )
 
 
 def test_intervals_of_one_degree_of_freedom_are_students_and_of_none_infinite():
@@ -364,8 +347,6 @@ def test_robust_losses_pass_over_wrong_rows(loss):
     plain, robust = (fb.calibrate(LAB, data, LENGTHS, loss=each) for each in ("linear", loss))
     assert off(robust, true) < min(8e-5, 0.3 * off(plain, true))
     assert all(abs(robust.values[n] - true[n]) < 5 * robust.sd[n] for n in LENGTHS)
-    with pytest.raises(ValueError, match="method 'profile' is of least squares"):
-        robust.intervals(method="profile")
     assert list(plain.outliers) == ["row 12", "row 4", "row 21"] or set(plain.outliers) == {
         "row 4",
         "row 12",

@@ -61,7 +61,6 @@ def test_what_is_not_measured_at_all_stays_where_it_was():
     (words,) = found.indistinguishable
     assert words == "y0 not at all: no measurement depends on it: measuring y, too, would tell"
     assert found.intervals()["y0"] == (-np.inf, np.inf)
-    assert found.intervals(method="profile")["y0"] == (-np.inf, np.inf)
 
 
 def test_an_unknown_at_a_bound_has_no_deviation():

@@ -159,19 +159,21 @@ def test_columns_in_any_units_of_both_kinds_of_robots():
     for robot, head, scale in (
         (
             ROBOT,
-            "theta1 (degrés),right (deg),Couple1 mNm,effort2 (Nm),vel1 (deg/s),vitesse_2 (tr/min)",
+            "theta1 (degrés),q21 (deg),Torque1 mNm,effort2 (Nm),q1_dot (deg/s),velocity_2 (tr/min)",
             (turn, turn, 1e3, 1, turn, 30 / np.pi),
         ),
         (
             fb.Biglide(),
-            "q1 (mm),pos2 (m),force1 (mN),tau2 (N),q1_dot (mm/s),qd2 (m/s)",
+            "q1 (mm),position2 (m),effort1 (mN),tau2 (N),q1_dot (mm/s),q2_dot (m/s)",
             (1e3, 1, 1e3, 1, 1e3, 1),
         ),
     ):
         table = np.hstack([1e3 * t[:, None], *(pairs[name] for name in pairs)])
         table[:, 1:] *= (*scale, 1e3, 100, 1e3, 1)
         rows = "\n".join(",".join(map(repr, row)) for row in table.tolist())
-        log = read_log(io.StringIO(f"Temps (ms),{head},x (mm),y (cm),xd (mm),ref_y\n{rows}"), robot)
+        log = read_log(
+            io.StringIO(f"Temps (ms),{head},x (mm),y (cm),x_ref (mm),y_ref\n{rows}"), robot
+        )
         np.testing.assert_allclose(log.t, t, atol=1e-15)
         for name, pair in pairs.items():
             np.testing.assert_allclose(getattr(log, name), pair, atol=1e-14, err_msg=name)

@@ -123,7 +123,9 @@ def test_a_sigma_near_the_size_of_a_bar_is_refused(sigma):
     _, data = data_of(1)
     small = data | dict(x=data["x"] / 1e3, y=data["y"] / 1e3)
     for rows in (data, small):
-        with pytest.raises(ValueError, match="% of a bar, and to that any robot fits. .* not in mm"):
+        with pytest.raises(
+            ValueError, match="% of a bar, and to that any robot fits. .* not in mm"
+        ):
             fb.calibrate(LAB, rows, FREE, sigma=sigma)
     assert fb.calibrate(LAB, data, FREE, sigma=sigma, mistakes="keep").rms < 1.2e-4
 

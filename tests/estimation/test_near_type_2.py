@@ -113,8 +113,6 @@ def test_a_file_keeps_the_weights_of_the_loops(tmp_path):
     result.to_json(tmp_path / "c.json")
     again = fb.Calibration.from_json(tmp_path / "c.json")
     assert again.sd == result.sd and again.chi2 == result.chi2
-    low, high = result.intervals(0.9, "profile")["l11"]
-    assert low < result.values["l11"] < high
 
 
 def test_a_wrong_reading_is_still_named():

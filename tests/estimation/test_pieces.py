@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.estimation.calibration import rows
 from fivebar.estimation.calibration.indistinguishable import combination
 from fivebar.estimation.calibration.measured_robot import NEUTRAL, stretched
 from fivebar.estimation.calibration.poses import _exchanged, _modes
-from fivebar.estimation.calibration.profile import profile
 from fivebar.estimation.calibration.report import _table
 from fivebar.estimation.identification.filtering import RegressionRows
 from fivebar.estimation.identification.regression import fit
@@ -159,25 +157,6 @@ def test_a_calibration_says_in_one_line_what_it_left(rank, words):
     assert fb.Calibration.__repr__(found) == line
 
 
-@pytest.mark.parametrize("wall", [np.inf, 1.7, 3.9, 1.0001])
-@pytest.mark.parametrize("far", [1.0, 1.96, 3.0])
-def test_a_profile_ends_where_its_sum_of_squares_has_risen_or_where_nothing_closes(far, wall):
-    """Of a cubic beside the square; beyond `wall` times the deviation there is no robot."""
-    value, sd, variance = 0.09, 2e-4, 1e-10
-
-    def refit(held):
-        u = (held["l11"] - value) / sd
-        return np.inf if abs(u) > wall else 7.0 + variance * (u * u + 0.05 * u**3)
-
-    found = SimpleNamespace(
-        values={"l11": value}, sd={"l11": sd}, variance=variance, chi2=7.0, refit=refit
-    )
-    for sign, end in zip((-1, 1), profile(found, "l11", far)):
-        roots = np.roots([0.05 * sign, 1.0, 0.0, -far * far])
-        risen = min(root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0)
-        assert sign * (end - value) / sd == pytest.approx(min(risen, wall), rel=2e-6)
-
-
 @pytest.mark.parametrize(
     "share, words",
     [
@@ -196,11 +175,3 @@ def test_a_profile_ends_where_its_sum_of_squares_has_risen_or_where_nothing_clos
 def test_what_two_lengths_leave_untold(share, words):
     told = combination(np.array([0.5, 0.5 * share]), ("l11", "l12"), np.ones(2), NEUTRAL)
     assert told == f"l11 and l12 {words}"
-
-
-def test_weights_are_squares_of_what_a_row_is_sure_of():
-    """As relative deviations: four times the weight is half of the deviation."""
-    data = {"q1": [2.0, 2.1, 2.2], "q2": [1.0, 1.1, 1.2], "x": [0.0, 0.01, 0.02], "y": [0.1] * 3}
-    weights = np.array([4.0, 1.0, 0.25])
-    by_weights = rows.rows_of(data, weights=weights)
-    assert by_weights.sigma == pytest.approx(rows.rows_of(data | {"sigma": [0.5, 1.0, 2.0]}).sigma)

@@ -18,7 +18,6 @@ from fivebar.estimation.identification.regression import (
     price,
     smallest,
     spread,
-    triangle,
 )
 
 ROBOT = fb.FiveBar()
@@ -194,14 +193,6 @@ def test_deviations_of_a_fit_are_the_size_of_its_errors(n, neighbours):
         errors.append((found.theta - [1.0, -2.0]) / np.sqrt(np.diag(found.cov)))
     assert 0.85 < np.std(errors) < 1.17
     assert 0.91 < (np.abs(errors) < 1.96).mean() < 0.985
-
-
-@pytest.mark.parametrize("shape", [(40, 3), (65, 3), (1000, 4), (333, 50)])
-def test_a_triangle_has_the_products_of_its_rows(shape):
-    flat = np.random.default_rng(6).normal(size=shape)
-    found = triangle(flat)
-    assert found.shape[0] <= max(64, 2 * shape[1])
-    assert found.T @ found == pytest.approx(flat.T @ flat, abs=1e-9)
 
 
 def test_the_smallest_model_costs_least_of_all():

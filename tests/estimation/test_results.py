@@ -35,8 +35,6 @@ def rough():
 def test_a_level_is_between_0_and_1(rough, level):
     with pytest.raises(ValueError, match="level must be"):
         rough.intervals(level)
-    with pytest.raises(ValueError, match="method 'linear' or 'profile', not 0.9, 'exact'"):
-        rough.intervals(0.9, "exact")
 
 
 def slopes_of(found):

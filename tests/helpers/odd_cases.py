@@ -762,7 +762,6 @@ CASES = {
             tool=None,
             start={"offset1": 0.0},
             sigma=1e-5,
-            weights=None,
             bounds={},
             priors={"l11": 1e-4},
             loss="linear",
@@ -781,7 +780,6 @@ CASES = {
         ),
         options={
             "unknown": [("l13",), ("scale", "l11")],
-            "weights": [np.ones(8), np.ones(3)],
             "loss": ["huber"],
             "mistakes": ["mend", "keep"],
             "start": [{"l11": -1.0}, {"d": 0.2}, {"x": 1.0}],
@@ -834,10 +832,8 @@ CASES = {
             working=(-1, -1),
             samples=50,
             seed=1,
-            distribution="normal",
         ),
         words=("samples",),
-        options={"distribution": ["uniform"]},
     ),
     "repeatability": Case(fb.repeatability, dict(points=np.eye(2), commanded=(0.0, 0.1))),
     # linkages

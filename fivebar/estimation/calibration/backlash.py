@@ -54,17 +54,13 @@ def backlashes(found: Calibration) -> tuple[Backlash, Backlash] | None:
     together = np.hstack([jacobian, columns])
     if not np.isfinite(together).all():
         return None
-    left, s, right = np.linalg.svd(together, full_matrices=False)
-    told_by = s > RCOND * s[0]
-    told_part = left[:, told_by].T @ off
-    inverse = right[told_by, -2:] / s[told_by, None]
-    step = -told_part @ inverse
-    freedom = len(off) - int(told_by.sum())
-    variance = 1.0 if found.absolute else float(off @ off - told_part @ told_part) / freedom
-    sd = np.sqrt((inverse**2).sum(axis=0) * variance)
-    first, second = step.tolist()
-    first_sd, second_sd = sd.tolist()
-    return Backlash(first, first_sd), Backlash(second, second_sd)
+    inverse = np.linalg.pinv(together, RCOND)
+    step = -inverse @ off
+    rest = off + together @ step
+    variance = 1.0 if found.absolute else float(rest @ rest) / (numbers - unknowns - 2)
+    sd = np.sqrt((inverse**2).sum(axis=1) * variance)
+    first, second = zip(step[-2:].tolist(), sd[-2:].tolist())
+    return Backlash(*first), Backlash(*second)
 
 
 def _by_backlash(found, motor, came):

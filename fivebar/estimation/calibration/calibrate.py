@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy import ndarray
 
-from ...base.backend import real_numbers, wrap
+from ...base.backend import wrap
 from ...base.checks import (
     LONGEST,
     SHORTEST,
@@ -67,7 +67,6 @@ def calibrate(
     tool: Tool | None = None,
     start: Mapping[str, float] = MappingProxyType({}),
     sigma: float | None = None,
-    weights: Sequence | None = None,
     bounds: Mapping[str, Sequence[float]] = MappingProxyType({}),
     priors: Mapping[str, float] = MappingProxyType({}),
     loss: str = "linear",
@@ -101,8 +100,6 @@ def calibrate(
         Values by name, known or to begin with; else offsets are 0, ratios and scale 1.
     sigma : float, optional
         Standard deviation of a measured number, m; with it chi^2 says whether the model fits.
-    weights : (n,) array, optional
-        Relative weights of the rows.
     bounds : mapping
         {name: (low, high)} of unknowns.
     priors : mapping
@@ -141,11 +138,10 @@ def calibrate(
     """
     unknown = known_names(unknown)
     p0 = start_values(robot, start, tool, unknown)
-    rows = rows_of(data, units, None if weights is None else _relative_weights(weights), columns)
+    rows = rows_of(data, units, columns)
     free = np.array([PLACE[name] for name in unknown])
-    relative = weights is not None
-    absolute = sigma is not None or (not relative and bool(np.isfinite(rows.sigma).any()))
-    weight = _weight(rows, sigma, relative)
+    absolute = sigma is not None or bool(np.isfinite(rows.sigma).any())
+    weight = _weight(rows, sigma)
     size = sizes(robot, rows.q, unknown)
     task = LeastSquares(
         rows,
@@ -268,18 +264,9 @@ def start_values(
     return p
 
 
-def _relative_weights(weights):
-    result = real_numbers(weights, "weights")
-    if result.ndim != 1 or not (np.isfinite(result) & (result > 0)).all():
-        raise ValueError(f"weights must be numbers > 0, one for each row, not {shown(weights)}")
-    return result
-
-
-def _weight(rows, sigma, relative):
+def _weight(rows, sigma):
     """Return 1 / sigma of each measured number: the row's own, else the common one."""
     own = rows.sigma[rows.row_of]
-    if relative:
-        return 1 / (own * (sigma or 1.0))
     known = np.isfinite(own)
     if sigma is None and known.any() and not known.all():
         row = rows.where[rows.row_of[np.argmin(known)]]
@@ -347,8 +334,8 @@ def _refuse_far_misses(task, p, start, assembly):
     size = task.bar * p[PLACE["scale"]]
     if task.sigma > FAR * size:
         raise ValueError(
-            f"sigma is {1e3 * task.sigma:.3g} mm, {task.sigma / size:.0%} of a bar, and to that any"
-            " robot fits. Is it in mm (--sigma 0.02mm), or are x, y in m, not in mm?"
+            f"sigma is {1e3 * task.sigma:.3g} mm, {task.sigma / size:.0%} of a bar, and to that"
+            " any robot fits. Is it in mm (--sigma 0.02mm), or are x, y in m, not in mm?"
             " mistakes='keep' (--mistakes keep) takes this fit as it is"
         )
     if missed > max(FAR * size, 4 * task.sigma):
@@ -361,8 +348,8 @@ def _refuse_far_misses(task, p, start, assembly):
             )
         raise ValueError(
             f"no robot with these unknowns fits: the best one misses by {1e3 * missed:.3g} mm,"
-            f" {missed / size:.0%} of a bar. Are q1, q2 in degrees or rad, x, y or distance in mm or"
-            " m (units=, --units), or has one the wrong sign? Is all unknown that is not known"
+            f" {missed / size:.0%} of a bar. Are q1, q2 in degrees or rad, x, y or distance in mm"
+            " or m (units=, --units), or has one the wrong sign? Is all unknown that is not known"
             " (offsets, the frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes this fit"
             " as it is"
         )

@@ -74,22 +74,6 @@ def listed(words) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def weak_combinations(
-    sd: ndarray, vectors: ndarray, names: Sequence[str], sds: dict[str, float]
-) -> tuple[str, ...]:
-    """Return sentences on combinations (k, n) whose standard deviation (k,) is above 0.1 sizes."""
-    sentences = []
-    for vector in vectors[sd > 0.1]:
-        size = np.abs(vector)
-        used = [name for name, entry in zip(names, size) if entry > 0.25 * size.max()]
-        largest = names[int(np.argmax(size))]
-        factor, unit = STEP[UNITS.get(largest, "")]
-        together = "together " if len(used) > 1 else ""
-        known = f"{largest} to +-{sds[largest] / factor:.2g} {unit}".rstrip()
-        sentences.append(f"{listed(used)} {together}hardly: {known}")
-    return tuple(sentences)
-
-
 def remedy(found: Calibration, vector: ndarray) -> str:
     """Return the easiest measurement that would tell a null vector, or which unknown to measure.
 

@@ -22,7 +22,7 @@ from ...paths.placement import Placement
 from ...paths.tool import Tool
 from ..saving import read_json, write_json
 from .fit import LeastSquares, loss_slopes, residuals, solve, spectrum
-from .indistinguishable import combination, plainest, remedy, weak_combinations
+from .indistinguishable import combination, plainest, remedy
 from .measured_robot import (
     FRAME,
     LENGTHS,
@@ -35,7 +35,6 @@ from .measured_robot import (
     stretched,
 )
 from .outliers import leave_one_out_error, outlying_rows
-from .profile import profile
 from .rows import MeasuredRows
 
 # Of lengths beforehand, in mean bars: no workshop's tolerance is below a thousandth.
@@ -233,43 +232,31 @@ class Calibration(Plotted):
         scale = np.where(deviation > 0, deviation, np.nan)
         return self.covariance / np.outer(scale, scale)
 
-    def intervals(
-        self, level: float = 0.95, method: str = "linear"
-    ) -> dict[str, tuple[float, float]]:
+    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Return {name: (low, high)} that hold the true value with this probability.
+
+        Student's t times `sd`, normal where sigma is given.
 
         Parameters
         ----------
         level : float
             The probability, if the model holds.
-        method : str
-            "linear": Student's t times `sd` (normal where sigma is given). "profile": where a fit
-            with that value held is just as much worse, for intervals so wide that the model bends.
 
         Raises
         ------
         ValueError
-            The level is not between 0 and 1, or there is no such method for this loss.
+            The level is not between 0 and 1.
         """
         level = number(level, "level", 0.0, 1.0, above=True)
-        if method not in ("linear", "profile") or level >= 1:
-            raise ValueError(
-                f"level must be below 1, and method 'linear' or 'profile', not {level}, {method!r}"
-            )
+        if level >= 1:
+            raise ValueError(f"level must be below 1, not {level}")
         tail = 0.5 + level / 2
         far = float(ndtri(tail) if self.absolute else stdtrit(max(self.dof, 1), tail))
-        if method == "linear":
-            return {
-                name: (value - far * self.sd[name], value + far * self.sd[name])
-                for name, value in self.values.items()
-            }
-        if self.prior.any():
-            raise ValueError("method 'profile' is of data alone, and this calibration has priors")
-        if self.loss != "linear":
-            raise ValueError(
-                f"method 'profile' is of least squares, loss='linear', not of {self.loss!r}"
-            )
-        return {name: profile(self, name, far) for name in self.unknown}
+        result = {}
+        for name, value in self.values.items():
+            half = far * self.sd[name]
+            result[name] = (value - half, value + half)
+        return result
 
     @cached_property
     def residuals(self) -> ndarray:
@@ -291,21 +278,17 @@ class Calibration(Plotted):
         p = self.start.copy()
         places = [PLACE[name] for name in names]
         p[places] = self.p[places]
-        return self._fitted(names, p, self._points_only)
+        off = residuals(p, self._points_only, self.assembly, derive=False)[0]
+        if not names or not np.isfinite(off).all():
+            return p
+        size = sizes(self.nominal, self.rows.q, names)
+        task = LeastSquares(self._points_only, np.array(places), p, size, self.weight)
+        return solve(task, p, self.assembly)[0]
 
     @cached_property
     def _points_only(self):
         """Return the rows, all of them to be fitted by their points."""
         return replace(self.rows, loop=None)
-
-    def _fitted(self, names, p, rows):
-        """Return p with these unknowns by least squares; as it is where it misses a row."""
-        off = residuals(p, rows, self.assembly, derive=False)[0]
-        if not names or not np.isfinite(off).all():
-            return p
-        places = np.array([PLACE[name] for name in names])
-        size = sizes(self.nominal, self.rows.q, names)
-        return solve(LeastSquares(rows, places, p, size, self.weight), p, self.assembly)[0]
 
     @cached_property
     def residuals_before(self) -> ndarray:
@@ -410,29 +393,19 @@ class Calibration(Plotted):
             for vector in plainest(self._null)
         )
 
-    @cached_property
+    @property
     def weakly_identified(self) -> tuple[str, ...]:
-        """Sentences on the combinations that are hardly known."""
-        _, s, right, rank = self._spectrum
+        """Sentences on the unknowns that are known to no better than a tenth of their size."""
         if not np.isfinite(self.variance):
-            numbers = len(self._with_prior[0])
             return (
-                f"no deviation is known: {numbers} measured numbers for {rank} combinations leave"
-                " none over that would show their scatter: measure more rows, or give sigma, the"
-                " standard deviation of a measured coordinate (--sigma)",
+                f"no deviation is known: {len(self._with_prior[0])} measured numbers for"
+                f" {self.rank} combinations leave none over that would show their scatter: measure"
+                " more rows, or give sigma, the standard deviation of a measured coordinate"
+                " (--sigma)",
             )
-        sd = np.sqrt(self.variance) / s[:rank]
-        return weak_combinations(sd, right[:rank], self.unknown, self.sd)
-
-    def refit(self, held: dict[str, float]) -> float:
-        """Return chi2 of the best fit with some unknowns held at these values."""
-        p = self.p.copy()
-        for name, value in held.items():
-            p[PLACE[name]] = value
-        others = [name for name in self.unknown if name not in held]
-        p = self._fitted(others, p, self.rows)
-        off = residuals(p, self.rows, self.assembly, derive=False)[0] * self.weight
-        return float(np.nan_to_num(off @ off, nan=np.inf))
+        limits = zip(self.unknown, 0.1 * self.sizes)
+        weak = [name for name, most in limits if most < self.sd[name] < np.inf]
+        return (f"hardly known, as their sd says: {', '.join(weak)}",) if weak else ()
 
     def predict(self, q: Any, assembly: Any = -1) -> ndarray:
         """Return points (*batch, 2) in the measuring frame at readings q (*batch, 2).

@@ -132,22 +132,16 @@ class MeasuredRows:
 def rows_of(
     data: Mapping | FilePath,
     units: Mapping[str, str] | Sequence[str] = (),
-    weights: ndarray | None = None,
     columns: Mapping[str, str] | Sequence[str] = (),
 ) -> MeasuredRows:
     """Return the Rows of a file or a mapping of arrays.
 
-    Rows in which nothing is measured are left out and named. `weights` (n,), relative, stand in
-    place of sigma.
+    Rows in which nothing is measured are left out and named.
     """
     table = read(data, WANTED, units, columns=columns)
     with named(table.name):
         n = len(table.lines)
-        if weights is not None and len(weights) != n:
-            raise ValueError(f"weights has {len(weights)} numbers for the {n} rows of {table.name}")
         values = dict.fromkeys(WANTED, np.full(n, np.nan)) | table.values
-        if weights is not None:
-            values["sigma"] = 1 / np.sqrt(weights)
         where = tuple(table.where(row) for row in range(n))
         modes = np.stack([_modes(values[name], name, where) for name in MODES], axis=1)
         rows = MeasuredRows(

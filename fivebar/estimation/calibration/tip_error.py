@@ -11,7 +11,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ...base.backend import finite_numbers, unpack
-from ...base.checks import instance, not_negative, one_of, optional, shown, whole
+from ...base.checks import instance, not_negative, optional, shown, whole
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.robot_uses import takes_robot
@@ -38,8 +38,6 @@ class TipError(Plotted):
         Derivatives of the tip by the parameters, the motors held.
     drawn : (n, samples, 2) array
         Errors of the tips of the drawn robots, m, nan where a robot does not close.
-    distribution : str
-        "normal" or "uniform".
     """
 
     pose: Pose
@@ -47,7 +45,6 @@ class TipError(Plotted):
     tolerances: ndarray
     jacobian: ndarray
     drawn: ndarray = field(repr=False)
-    distribution: str = "normal"
 
     def __repr__(self) -> str:
         n, samples = self.drawn.shape[:2]
@@ -61,14 +58,8 @@ class TipError(Plotted):
 
     @cached_property
     def covariance(self) -> ndarray:
-        """(n, 2, 2), m^2, to first order: J diag(tolerance^2) J', of even distributions a third."""
-        return np.einsum("nik,k,njk->nij", self.jacobian, self._variance, self.jacobian)
-
-    @property
-    def _variance(self):
-        """Of each parameter; a backlash is half of itself on one side or the other."""
-        even = 3.0 if self.distribution == "uniform" else 1.0
-        return self.tolerances**2 / np.where(np.isin(self.names, list(PLAYS)), 1.0, even)
+        """(n, 2, 2), m^2, to first order: J diag(tolerance^2) J'."""
+        return np.einsum("nik,k,njk->nij", self.jacobian, self.tolerances**2, self.jacobian)
 
     @cached_property
     def sd(self) -> ndarray:
@@ -105,20 +96,8 @@ class TipError(Plotted):
         moves = np.einsum("nik,id->ndk", self.jacobian * self.tolerances, along)
         return np.abs(moves).sum(axis=2).max(axis=1)
 
-    @cached_property
-    def shares(self) -> dict[str, ndarray]:
-        """Part (n,) of the variance that each tolerance makes, to first order."""
-        parts = (self.jacobian**2).sum(axis=1) * self._variance
-        total = np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
-        return dict(zip(self.names, (parts / total).T))
 
-
-@takes_robot(
-    tool=optional(instance(Tool)),
-    samples=whole(10, 1_000_000),
-    seed=whole(0, 2**63),
-    distribution=one_of("normal", "uniform"),
-)
+@takes_robot(tool=optional(instance(Tool)), samples=whole(10, 1_000_000), seed=whole(0, 2**63))
 def tip_error(
     robot: FiveBar,
     tolerances: Mapping[str, float],
@@ -128,7 +107,6 @@ def tip_error(
     working: ArrayLike = (-1, -1),
     samples: int = 20_000,
     seed: int = 0,
-    distribution: str = "normal",
 ) -> TipError:
     """Return errors of the tip of a robot that is commanded by its nominal model.
 
@@ -140,9 +118,9 @@ def tip_error(
         The nominal robot.
     tolerances : mapping
         {name: size} of l11, l12, l21, l22, d, offset1, offset2 (an encoder's error is one), ratio1,
-        ratio2, along, across (of the tool); m and rad: standard deviations, or the half widths of
-        uniform distributions. And backlash1, backlash2: the play of a motor, rad, which holds its
-        joint half of it on one side or the other.
+        ratio2, along, across (of the tool); m and rad: standard deviations. And backlash1,
+        backlash2: the play of a motor, rad, which holds its joint half of it on one side or the
+        other.
     poses : Pose, or (2,) or (n, 2) array
         Poses, or points, m, that are reached in the mode `working`.
     tool : Tool, optional
@@ -153,8 +131,6 @@ def tip_error(
         Number of robots drawn.
     seed : int
         Of the random numbers.
-    distribution : str
-        "normal" or "uniform".
 
     Raises
     ------
@@ -195,8 +171,7 @@ def tip_error(
     columns = np.array([PLACE[name] for name in known])
     at, jacobian = seen(p, q, assembly)
     draw = np.random.default_rng(seed)
-    shape = len(names), samples
-    unit = draw.uniform(-1, 1, shape) if distribution == "uniform" else draw.standard_normal(shape)
+    unit = draw.standard_normal((len(names), samples))
     unit[plays] = np.sign(unit[plays])
     robots = np.repeat(p[:, None], samples, axis=1)
     np.add.at(robots, columns, sizes[:, None] * unit)
@@ -207,7 +182,7 @@ def tip_error(
         points = seen(robots, readings, np.full(samples, assembly[k]), derive=False)[0]
         drawn[k] = points - at[k]
     drawn[:, impossible] = np.nan
-    return TipError(pose, names, sizes, jacobian[:, :, columns], drawn, distribution)
+    return TipError(pose, names, sizes, jacobian[:, :, columns], drawn)
 
 
 def _points(poses):

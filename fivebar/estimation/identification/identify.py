@@ -10,6 +10,7 @@ from scipy.special import expit
 from scipy.stats import chi2
 
 from ...base.checks import flag, modes, optional, positive, strings
+from ...base.progress import progress
 from ...base.robot_uses import takes_robot
 from ...models.geometry import dgm
 from ...models.robots import Robot
@@ -20,7 +21,7 @@ from .filtering import RegressionRows
 from .regression import fit, left_out_cost, price, smallest, spread
 from .regressor import ladder, linear_names
 from .result import Identification, Validation
-from .samples import log_of, samples
+from .samples import log_of, samples, with_held_torques
 from .suspicions import POOR, beyond_the_model, explain, lateness
 
 BIASED = 0.1  # standard deviations by which noise of the encoders may bend a value
@@ -114,9 +115,13 @@ def identify(
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
     places = [k for k, name in enumerate(names) if name in sought]
 
+    bar = progress(desc="identify", unit=" fits", delay=2, leave=False)
+
     def sampled(at, logs):
         found = [samples(own, held, robot, assembly, at) for own, held in logs]
-        return found, _joined(found, known)
+        rows = _joined(found, known)
+        bar.update()
+        return found, rows
 
     found, rows = sampled(cutoff, logs)
     _refuse_few(rows, found, 2 * len(sought))
@@ -142,8 +147,8 @@ def identify(
     if full.misfit < POOR and not all(held for _, held in logs):
         # A drive that holds its commands logs torques of whole samples, not of instants: half a
         # sample early. Which it is shows where the encoders' noise bends nothing.
-        held_logs = [(own, True) for own, _ in logs]
-        held_found, held_rows = sampled(lowest, held_logs)
+        held_found = [each if each.held else with_held_torques(each) for each in found]
+        held_rows = _joined(held_found, known)
         longest = _longest(found)
         half = longest.step / 2
         late, sd, *_ = lateness(longest, told, full.theta, known)
@@ -151,7 +156,7 @@ def identify(
         surely_held = evidence > SIGNIFICANT
         alternatives = (rows, held_rows, expit(-evidence if surely_held else evidence))
         if surely_held:
-            logs = held_logs
+            logs = [(own, True) for own, _ in logs]
             found = held_found
             rows = held_rows
             full = fit(rows, told)

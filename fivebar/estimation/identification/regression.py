@@ -34,8 +34,6 @@ from scipy.linalg import cho_factor, cho_solve
 
 from .filtering import RegressionRows
 
-# Rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine.
-BLOCK = 64
 FINEST = 1e-5  # of a motor's torque: the least noise that is believed
 WHITENED = 2  # times that residuals are made white, each by the fit before
 RETURNED = 4  # times that the bias is computed, each of the theta that the last one gives
@@ -104,7 +102,7 @@ def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) ->
 def _weighted(system, size, free):
     """Return least squares of [W, tau] (n, 2, p + 1), its (W^T W)^-1 in sigmas, and sigma (2,)."""
     # Each motor's rows as a triangle, on which the weights are put.
-    triangles = [triangle(system[:, k]) for k in (0, 1)]
+    triangles = [np.linalg.qr(system[:, k], mode="r") for k in (0, 1)]
     sigma = size.copy()
     for _ in range(3):
         weighted = [own / each for own, each in zip(triangles, sigma)]
@@ -130,18 +128,6 @@ def _solve(flat):
     scales = np.maximum(np.linalg.norm(flat[:, :-1], axis=0), 1e-300)
     Q, R = np.linalg.qr(flat[:, :-1] / scales)
     return (np.linalg.solve(R, Q.T @ flat[:, -1]) / scales, R, scales)
-
-
-def triangle(flat: ndarray) -> ndarray:
-    """Return R of the QR decomposition of a tall matrix (n, p), by blocks of rows."""
-    rows, columns = flat.shape
-    if rows <= max(BLOCK, 2 * columns):
-        return np.asarray(np.linalg.qr(flat, mode="r"))
-    size = max(BLOCK, 2 * columns)
-    padded = np.zeros((-(-rows // size), size, columns))
-    padded.reshape(-1, columns)[:rows] = flat
-    parts = np.asarray(np.linalg.qr(padded, mode="r"))
-    return triangle(parts.reshape(-1, columns))
 
 
 def price(rows: int, candidates: int) -> float:

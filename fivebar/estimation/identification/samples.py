@@ -96,7 +96,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
             " record them, too"
         )
     notes = list(log.notes)
-    stretches = _even_stretches(log, held, notes)
+    stretches = _even_stretches(log, notes)
     found = spectrum([pairs["q"] for _, pairs in stretches], log.step)
     if found.fast > 0.02:
         raise ValueError(
@@ -152,7 +152,8 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
         limited = at_limit(tau, lowest, highest_tau)
         for out, times in zip((off, limited), left_out.values()):
             times += t[out.any(axis=1)].tolist()
-        pieces.append((t, W, tau, good & ~off & ~limited & np.isfinite(tau)))
+        tau = np.where(off | limited, np.nan, tau)
+        pieces.append((t, W, tau, good & np.isfinite(tau)))
     for words, times in left_out.items():
         if times:
             notes.append(
@@ -160,10 +161,20 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
                 " do not count"
             )
     changes = [change for _, change, _ in regressors]
-    return Samples(robot, pieces, motion, changes, log.step, cutoff, tuple(notes), assembly, held)
+    found = Samples(robot, pieces, motion, changes, log.step, cutoff, tuple(notes), assembly)
+    return with_held_torques(found) if held else found
 
 
-def _even_stretches(log, held, notes):
+def with_held_torques(found: Samples) -> Samples:
+    """Return samples whose torques stay from row to row: the mean about each row."""
+    pieces = []
+    for t, W, tau, counts in found.pieces:
+        means = (tau + np.concatenate([tau[:1], tau[:-1]])) / 2
+        pieces.append((t, W, np.where(np.isfinite(means), means, tau), counts))
+    return replace(found, pieces=pieces, held=True)
+
+
+def _even_stretches(log, notes):
     """Return (t, pairs) of the stretches, over gaps of a few rows, on an even grid of times."""
     parts = [log.stretches[0]]
     bridged = 0
@@ -181,11 +192,6 @@ def _even_stretches(log, held, notes):
     for part in parts:
         logged = {name: getattr(log, name) for name in ("q", "tau", "q_dot")}
         pairs = {name: pair[part] for name, pair in logged.items() if pair is not None}
-        if held:  # the mean about each row
-            tau = pairs["tau"]
-            means = (tau[1:] + tau[:-1]) / 2
-            means = np.where(np.isfinite(means), means, tau[1:])
-            pairs["tau"] = np.concatenate([tau[:1], means])
         t, pairs, distance = evenly(log.t[part], pairs, log.step)
         stretches.append((t, pairs))
         uneven = max(uneven, distance)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.lib.stride_tricks import sliding_window_view
 
+from ...base.progress import progress
 from ...models.robots import Robot
 from ..logs.logs import Log
 from .dependent_columns import NEARLY, independent
@@ -60,7 +61,11 @@ def explain(
     if misfit > LINEAR:
         sample = samples(log, held, robot, assembly, cutoff)
         tried = chain(tried, [_lateness(robot, assembly, log, sample, columns, known)])
-    for suspicion, mode, other_robot, changed in tried:
+    for suspicion, mode, other_robot, changed in progress(
+        tried, desc="what is wrong", unit=" reasons", delay=2, leave=False
+    ):
+        if suspicion and misfit <= POOR:
+            break  # a model that fits has but the signs of both torques wrong
         try:
             rows = samples(changed, held, other_robot, mode, cutoff).rows
         except ValueError:

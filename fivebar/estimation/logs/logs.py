@@ -100,34 +100,20 @@ class Gauges(NamedTuple):
 AT_THE_JOINTS = Gauges()
 
 
-# Headings of a log's columns: # stands for 1 or 2, @ for left or right, $ for the joint's name.
-HEADINGS = {
-    "q#": "$ theta# theta#1 angle# position# pos# joint# motor# encoder# enc# q_@ @",
-    "tau#": "torque# tau#1 effort# force# couple# tau_@ torque_@",
-    "q#_dot": "$_dot dq# qd# qdot# velocity# vel# speed# omega# vitesse#",
-}
-
-
 def wanted(robot: Robot, torques: bool = False) -> dict[str, Quantity]:
     """Return the columns of a log with the headings they may have, and whether they are needed."""
-    angle = RADIANS
-    torque = NEWTON_METRES
-    rate = RADIANS_PER_SECOND
-    if not robot.turns:
-        angle = METRES
-        torque = NEWTONS
-        rate = SPEEDS
-    units = angle | COUNTS, torque | AMPERES, rate
+    angle, torque, rate = METRES, NEWTONS, SPEEDS
+    if robot.turns:
+        angle, torque, rate = RADIANS, NEWTON_METRES, RADIANS_PER_SECOND
     columns = {"t": TIME}
-    for digit, side, joint in zip("12", ("left", "right"), robot.words.joints):
-        for name, own in zip(HEADINGS, units):
-            words = HEADINGS[name].replace("#", digit).replace("@", side).replace("$", joint)
-            needed = name == "q#" or (torques and name == "tau#")
-            columns[name.replace("#", digit)] = Quantity(tuple(words.split()), own, needed)
-    for axis in "xy":
-        columns[axis] = Quantity((), METRES, False)
-        references = (f"{axis}_desired", f"{axis}d", f"ref_{axis}")
-        columns[f"{axis}_ref"] = Quantity(references, METRES, False)
+    for digit, joint in zip("12", robot.words.joints):
+        names = joint, f"theta{digit}", f"position{digit}"
+        columns[f"q{digit}"] = Quantity(names, angle | COUNTS)
+        names = f"torque{digit}", f"effort{digit}"
+        columns[f"tau{digit}"] = Quantity(names, torque | AMPERES, torques)
+        columns[f"q{digit}_dot"] = Quantity((f"{joint}_dot", f"velocity{digit}"), rate, False)
+    for name in (*PAIRS["xi"], *PAIRS["xi_ref"]):
+        columns[name] = Quantity((), METRES, False)
     return columns
 
 

@@ -240,7 +240,7 @@ def _end_effector(log, robot, assembly, notes):
 
 
 def _crossings(log, robot, pose, closes):
-    """Return the Events where a sine changes its sign between rows with time and loop in between."""
+    """Return the Events where a sine changes its sign, not across gaps and open loops."""
     margins = np.stack([*pose.sines, pose.det_A], axis=1)
     ends = np.flatnonzero(np.diff(closes)) + 1
     edges = {*ends.tolist(), *(cut.row for cut in log.cuts)}
