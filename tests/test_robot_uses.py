@@ -114,7 +114,7 @@ def folder():
     place.joinpath("line.csv").write_text("x,y\n0.0,0.0\n0.01,0.0\n", "utf-8")
     rows = [f"{k / 10},{0.02 + 1e-3 * k * k},{0.14 - 1e-3 * k}" for k in range(8)]
     place.joinpath("motion.csv").write_text("\n".join(["t,x,y", *rows]), "utf-8")
-    poses = fb.measurement_poses(robot, 8, criterion="D")
+    poses = fb.measurement_poses(robot, 8)
     rows = [f"{q1},{q2},{x},{y}" for (q1, q2), (x, y) in zip(poses.q.tolist(), poses.xi.tolist())]
     place.joinpath("points.csv").write_text("\n".join(["q1,q2,x,y", *rows]), "utf-8")
     circle = fb.circle((0.0, 0.14), 0.03, 0.5)

@@ -731,7 +731,7 @@ def test_a_press_without_weights():
 
 def test_a_calibration_is_told_and_written(ran, here, unplotted):
     built = fb.FiveBar(l11=0.0903, l12=0.0898)
-    poses = fb.measurement_poses(ROBOT, 8, criterion="D")
+    poses = fb.measurement_poses(ROBOT, 8)
     xi = fb.dgm(built, poses.q, poses.assembly).xi + 1e-4 * np.sin(np.arange(16)).reshape(8, 2)
     table = np.column_stack([poses.q, xi, poses.working])
     head = "q1,q2,x,y,working1,working2"

@@ -98,7 +98,7 @@ def test_poses_keep_their_margin_their_modes_and_their_window():
 
 
 def test_a_list_of_poses_to_fill_in(tmp_path):
-    found = fb.measurement_poses(LAB, 6, GEOMETRY, criterion="D", start={"offset1": 0.1})
+    found = fb.measurement_poses(LAB, 6, GEOMETRY, start={"offset1": 0.1})
     found.to_csv(tmp_path / "poses.csv")
     text = (tmp_path / "poses.csv").read_text("utf-8").splitlines()
     filled = [text[0]] + [
@@ -127,7 +127,6 @@ def test_a_list_of_poses_to_fill_in(tmp_path):
         (dict(margin=0.0), "margin must be finite and from 0.01 to 0.95, not 0.0"),
         (dict(working=[(1, 2)]), "working must be"),
         (dict(window=(1, 0, 0, 1)), "window must be"),
-        (dict(criterion="A"), "criterion must be one of tip, D"),
     ],
 )
 def test_poses_that_cannot_be(options, words):

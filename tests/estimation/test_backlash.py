@@ -16,7 +16,7 @@ UNKNOWN = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 def measured(backlash, sigma, seed, rows=60):
     """Points that a robot with backlash reaches, visited in a random order."""
     rng = np.random.default_rng(seed)
-    poses = fb.measurement_poses(DRAWN, rows, criterion="D")
+    poses = fb.measurement_poses(DRAWN, rows)
     order = rng.permutation(rows)
     q = poses.q[order]
     came = np.sign(np.diff(q, axis=0, prepend=q[:1]))

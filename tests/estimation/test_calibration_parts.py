@@ -22,14 +22,7 @@ from fivebar.estimation.calibration.fit import (
 )
 from fivebar.estimation.calibration.measured_robot import UNKNOWNS, seen, values_of
 from fivebar.estimation.calibration.outliers import leave_one_out_error, outlying_rows
-from fivebar.estimation.calibration.poses import (
-    _exchanged,
-    _for_the_tip,
-    _gain,
-    _spread,
-    _tour,
-    candidates,
-)
+from fivebar.estimation.calibration.poses import _exchanged, _gain, _spread, _tour, candidates
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.estimation.calibration.starts import _framed, doubt, first, median_error
 
@@ -67,26 +60,6 @@ def test_no_exchange_of_one_pose_tells_more():
             assert np.linalg.det(information_of(slopes[changed])) <= best * (1 + 1e-6)
     drawn = [rng.choice(60, 5, replace=False) for _ in range(100)]
     assert best > 1.5 * max(np.linalg.det(information_of(slopes[each])) for each in drawn)
-
-
-@pytest.mark.parametrize("count", [5, 22])
-def test_exchanges_for_the_tip_are_the_best_of_their_place(count):
-    """Against every candidate at every place, with the inverse written out."""
-    rng = np.random.default_rng(3)
-    slopes = slopes_of(rng)
-    begin = rng.choice(60, count, replace=False).tolist()
-
-    def worst(places):
-        return _spread(slopes, np.linalg.inv(information_of(slopes[places], 1e-9))).max()
-
-    chosen = list(begin)
-    for place in [*range(count)] * (1 if count > 20 else 3):
-        others = [k for k in range(60) if k not in chosen]
-        tried = [worst([*chosen[:place], k, *chosen[place + 1 :]]) for k in others]
-        if min(tried) < worst(chosen) * (1 - 1e-6):
-            chosen[place] = others[int(np.argmin(tried))]
-    assert _for_the_tip(slopes, begin) == chosen
-    assert worst(chosen) < worst(begin)
 
 
 def test_a_tour_is_short_and_enters_a_mode_once():

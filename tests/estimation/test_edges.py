@@ -155,13 +155,13 @@ def test_counts_are_told_of_each_motor_by_itself():
 def test_as_many_poses_as_unknowns_need():
     """n poses give 2 n numbers; a window may leave just as many poses as are asked for."""
     names = ("l11", "l12", "l21", "l22", "d", "offset1")
-    assert len(fb.measurement_poses(LAB, 3, names, criterion="D").q) == 3
+    assert len(fb.measurement_poses(LAB, 3, names).q) == 3
     with pytest.raises(ValueError, match="n = 2 poses give 4 numbers, fewer than the 6 unknowns"):
         fb.measurement_poses(LAB, 2, names)
     window = (-0.05, 0.05, 0.115, 0.135)
     there = len(candidates(LAB, 0.9, [(-1, -1)], window).q)
     assert 4 < there < 30
-    options = {"margin": 0.9, "working": (-1, -1), "window": window, "criterion": "D"}
+    options = {"margin": 0.9, "working": (-1, -1), "window": window}
     assert len(fb.measurement_poses(LAB, there, ("l11", "d"), **options).q) == there
     with pytest.raises(ValueError, match=f"only {there} poses keep the margin 0.9"):
         fb.measurement_poses(LAB, there + 1, ("l11", "d"), **options)

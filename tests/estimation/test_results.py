@@ -316,7 +316,7 @@ def test_some_rows_with_a_sigma_and_some_without_are_refused():
 
 
 def test_poses_are_written_with_what_is_to_be_measured_left_empty():
-    found = fb.measurement_poses(LAB, 4, criterion="D", start={"offset1": 0.1, "ratio2": 2.0})
+    found = fb.measurement_poses(LAB, 4, start={"offset1": 0.1, "ratio2": 2.0})
     out = io.StringIO()
     found.to_csv(out)
     head, *rows = out.getvalue().splitlines()

@@ -119,7 +119,7 @@ def test_a_tool_that_is_not_told_apart_is_named():
 
 def test_poses_and_tolerances_of_a_tool():
     tool = fb.Tool(2, 0.012, -0.006)
-    where = fb.measurement_poses(LAB, 8, NAMES, tool=tool, criterion="D")
+    where = fb.measurement_poses(LAB, 8, NAMES, tool=tool)
     assert np.isfinite(list(where.sd(1e-4).values())).all() and set(where.sd(1e-4)) == set(NAMES)
     pose = fb.igm(LAB, (0.0, 0.1))
     errors = fb.tip_error(LAB, {"l12": 1e-4, "along": 2e-4}, pose, tool=tool)

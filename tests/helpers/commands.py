@@ -29,7 +29,7 @@ for arguments in json.loads(sys.argv[1]):
 
 def with_files(folder):
     """The files that these commands read."""
-    poses = fb.measurement_poses(ROBOT, 8, criterion="D")
+    poses = fb.measurement_poses(ROBOT, 8)
     log = fb.simulate(
         ROBOT, fb.ComputedTorque(ROBOT, 100, 20), fb.circle((0.06, 0.09), 0.02, 0.5), step=2e-3
     )

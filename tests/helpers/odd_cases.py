@@ -41,7 +41,7 @@ TIMED = fb.time_path(
 MOTION = linkages.move(FOUR_BAR, np.array([0.1, 0.3]), 2.0)
 STUDY = linkages.study(FOUR_BAR)
 MASSIVE = linkages.Body(1.0, 0.1)
-MEASURED = fb.measurement_poses(ROBOT, 8, criterion="D")
+MEASURED = fb.measurement_poses(ROBOT, 8)
 POINTS = dict(zip(("q1", "q2", "x", "y"), (*MEASURED.q.T, *MEASURED.xi.T)))
 CALIBRATED = fb.calibrate(ROBOT, POINTS)
 LOG = fb.simulate(ROBOT, CONTROLLER, fb.circle((0.06, 0.09), 0.02, 0.5), duration=0.5, step=2e-3)
@@ -812,7 +812,6 @@ CASES = {
             n=5,
             unknown=("l11", "l12"),
             tool=None,
-            criterion="D",
             margin=0.3,
             working=[(-1, -1)],
             window=(-0.1, 0.1, -0.2, 0.2),
@@ -820,7 +819,7 @@ CASES = {
         ),
         10.0,
         words=("no pose keeps", "keep the margin"),
-        options={"criterion": ["tip"], "n": [1, 12]},
+        options={"n": [1, 12]},
     ),
     "tip_error": Case(
         fb.tip_error,

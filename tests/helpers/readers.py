@@ -171,7 +171,7 @@ def readers():
     designs = BytesIO()
     np.savez(designs, l11=np.array([0.1, 0.2]), d=np.array([0.1, 0.1]))
     best = fb.design("workspace_area", {"l1": (0.05, 0.3), "l2": (0.05, 0.3)})
-    poses = fb.measurement_poses(ROBOT, 6, criterion="D")
+    poses = fb.measurement_poses(ROBOT, 6)
     points_measured = dict(zip(("q1", "q2", "x", "y"), (*poses.q.T, *poses.xi.T)))
     calibrated = fb.calibrate(ROBOT, points_measured)
     measured = _csv(points_measured)

@@ -17,7 +17,7 @@ def writers():
     plan = fb.plan(ROBOT, (0.09, 0.068), (0.08, 0.075), 0.5)
     study = linkages.study(linkages.FourBar(0.2, 0.06, 0.16, 0.14), samples=37)
     a_map = fb.singularity_map(ROBOT, shape=(20, 20))
-    poses = fb.measurement_poses(ROBOT, 6, criterion="D")
+    poses = fb.measurement_poses(ROBOT, 6)
     calibrated = fb.calibrate(ROBOT, dict(zip(("q1", "q2", "x", "y"), (*poses.q.T, *poses.xi.T))))
     best = fb.design("workspace_area", {"l1": (0.05, 0.3), "l2": (0.05, 0.3)}, effort=0.02)
     swept = fb.sweep("bars", {"l1": [0.1, 0.2]}, robot=ROBOT)

@@ -130,7 +130,7 @@ def calibrate(
     --------
     >>> import fivebar as fb
     >>> built = fb.FiveBar(l11=0.091)
-    >>> where = fb.measurement_poses(fb.FiveBar(), 6, criterion="D")
+    >>> where = fb.measurement_poses(fb.FiveBar(), 6)
     >>> pose = fb.igm(built, where.xi, where.working)
     >>> data = {"q1": pose.q[:, 0], "q2": pose.q[:, 1], "x": pose.xi[:, 0], "y": pose.xi[:, 1]}
     >>> round(fb.calibrate(fb.FiveBar(), data).values["l11"], 9)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...base.backend import finite_numbers, real_numbers
-from ...base.checks import instance, number, one_of, optional, positive, shown, strings, whole
+from ...base.checks import instance, number, optional, positive, shown, strings, whole
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.robot_uses import takes_robot
@@ -25,7 +25,7 @@ from .indistinguishable import combination, plainest
 from .measured_robot import PLACE, seen, sizes
 
 MODES = ((-1, -1), (-1, 1), (1, -1), (1, 1))
-BEFORE = 1e-4, 1e-7  # of a pose's information: what is taken as known before any pose
+BEFORE = 1e-4  # of a pose's information: what is taken as known before any pose
 SIDE = 27  # candidates along the workspace, in each working mode
 
 
@@ -41,8 +41,6 @@ class MeasurementPoses(Plotted):
         The readings to command.
     unknown : tuple of str
         The unknowns of the calibration.
-    criterion : str
-        "tip" or "D".
     worst_tip : float
         The largest standard deviation of the tip (both coordinates) anywhere in the workspace after
         the calibration, in those of one measured number.
@@ -53,7 +51,6 @@ class MeasurementPoses(Plotted):
     pose: Pose
     q: ndarray
     unknown: tuple[str, ...]
-    criterion: str
     worst_tip: float
     unit_sd: ndarray
 
@@ -63,7 +60,6 @@ class MeasurementPoses(Plotted):
             "MeasurementPoses",
             f"{len(self.q)} poses",
             f"{len(modes)} modes",
-            self.criterion,
             f"tip within {self.worst_tip:.3g} sigma",
         )
 
@@ -100,7 +96,6 @@ class MeasurementPoses(Plotted):
     tool=optional(instance(Tool)),
     n=whole(1, 1000),
     unknown=strings,
-    criterion=one_of("tip", "D"),
     margin=lambda value, name: number(value, name, 0.01, 0.95),
 )
 def measurement_poses(
@@ -109,7 +104,6 @@ def measurement_poses(
     unknown: Sequence[str] = DEFAULT,
     *,
     tool: Tool | None = None,
-    criterion: str = "tip",
     margin: float = 0.3,
     working: Sequence | None = None,
     window: Sequence[float] | None = None,
@@ -117,7 +111,9 @@ def measurement_poses(
 ) -> MeasurementPoses:
     """Return the n poses whose measured points x, y tell most of the unknowns.
 
-    By exchange [Fedorov1972]_ among a grid of all working modes, in the order of a short tour.
+    By exchange [Fedorov1972]_ among a grid of all working modes, in the order of a short tour. The
+    confidence region of the unknowns has the least volume (D-optimal), and so the worst error of
+    the tip anywhere is about the least, too [Kiefer1960]_.
 
     Parameters
     ----------
@@ -127,9 +123,6 @@ def measurement_poses(
         Number of poses.
     unknown, tool, start
         As of `calibrate`. The poses are those of joint C.
-    criterion : str
-        "tip": the least worst error of the tip anywhere in the workspace after the calibration
-        (G-optimal). "D": the least volume of the unknowns' confidence region.
     margin : float
         Sine of both legs' Type 1 and of Type 2 that poses keep, from 0.01 to 0.95.
     working : sequence of pairs, optional
@@ -145,11 +138,12 @@ def measurement_poses(
     References
     ----------
     .. [Fedorov1972] V. Fedorov, Theory of Optimal Experiments, 1972.
+    .. [Kiefer1960] J. Kiefer, J. Wolfowitz, The equivalence of two extremum problems, 1960.
 
     Examples
     --------
     >>> import fivebar as fb
-    >>> len(fb.measurement_poses(fb.FiveBar(), 6, criterion="D").q)
+    >>> len(fb.measurement_poses(fb.FiveBar(), 6).q)
     6
     """
     unknown = known_names(unknown)
@@ -170,8 +164,6 @@ def measurement_poses(
     jacobian = seen(p, readings, pose.assembly)[1][:, :, columns] * size
     _refuse_untold(jacobian, unknown, size, p)
     chosen = _exchanged(jacobian, n)
-    for _ in range(2 if criterion == "tip" else 0):
-        chosen = _for_the_tip(jacobian, chosen)
     order = _tour(robot, pose.q[chosen], np.column_stack([pose.working, pose.assembly])[chosen])
     chosen = [chosen[k] for k in order]
     s, tolerance = spectrum(jacobian[chosen].reshape(-1, len(columns)))[1::2]
@@ -183,7 +175,7 @@ def measurement_poses(
     modes = pose.working[chosen]
     found = igm(robot, xi, modes)
     sd = size * np.sqrt(np.diag(covariance))
-    return MeasurementPoses(found, (found.q - p[5:7]) / p[7:9], unknown, criterion, worst, sd)
+    return MeasurementPoses(found, (found.q - p[5:7]) / p[7:9], unknown, worst, sd)
 
 
 def candidates(
@@ -248,7 +240,8 @@ def _spread(jacobian, covariance):
 
 def _exchanged(jacobian, n):
     """Return n candidates of the greatest det of the information, by greedy steps and exchanges."""
-    information = _before(jacobian, BEFORE[0])
+    # A share of a mean pose's information on each unknown, so that no sum is singular.
+    information = BEFORE * np.mean(jacobian**2) * np.eye(jacobian.shape[2])
     chosen = []
     for _ in range(n):
         gain = _gain(jacobian, np.linalg.inv(information))
@@ -273,11 +266,6 @@ def _exchanged(jacobian, n):
     return chosen
 
 
-def _before(jacobian, share):
-    """Return a share of a mean pose's information on each unknown, so that no sum is singular."""
-    return share * np.mean(jacobian**2) * np.eye(jacobian.shape[2])
-
-
 def _first_of_largest(values):
     """Return the first place of the largest value: which of two mirrored poses, rounding must not
     say.
@@ -291,47 +279,6 @@ def _gain(jacobian, covariance):
     inner = np.einsum("nij,jk,nlk->nil", jacobian, covariance, jacobian)
     diagonal = (1 + inner[:, 0, 0]) * (1 + inner[:, 1, 1])
     return diagonal - inner[:, 0, 1] * inner[:, 1, 0]
-
-
-def _for_the_tip(jacobian, chosen):
-    """Return the poses after exchanges that lower the worst error of the tip.
-
-    The error is judged at poses everywhere and at those that are worst now.
-    """
-    count = len(jacobian)
-    k = jacobian.shape[2]
-    chosen = list(chosen)
-    before = _before(jacobian, BEFORE[1])
-    information = before.copy()
-    for slopes in jacobian[chosen]:
-        information += slopes.T @ slopes
-    spread = _spread(jacobian, np.linalg.inv(information))
-    worst = np.argsort(-np.round(spread / spread.max(), 9), kind="stable")
-    judged = jacobian[np.union1d(worst[:50], np.arange(0, count, max(1, count // 150)))]
-    offered = np.union1d(np.arange(0, count, max(1, count // 400)), chosen)
-    least = _spread(judged, np.linalg.inv(information)).max()
-    flat = judged.reshape(-1, k)
-    candidates_ = jacobian[offered]
-    rounds = 1 if len(chosen) > 20 else 3
-    for place in [*range(len(chosen))] * rounds:
-        own = jacobian[chosen[place]]
-        rest = information - own.T @ own
-        covariance = np.linalg.inv(rest + before)
-        # Candidate j lowers the error at pose w by |L^-1 J_j C J_w'|^2, L L' = I + J_j C J_j'.
-        across = candidates_ @ covariance
-        gram = np.eye(2) + across @ candidates_.transpose(0, 2, 1)
-        lower = np.linalg.inv(np.linalg.cholesky(gram))
-        touched = ((lower @ across).reshape(-1, k) @ flat.T) ** 2
-        touched = touched[::2] + touched[1::2]
-        gain = touched[:, ::2] + touched[:, 1::2]
-        ends = (_spread(judged, covariance) - gain).max(axis=1)
-        ends[np.isin(offered, chosen)] = np.inf
-        best = _first_of_largest(-ends)
-        if ends[best] < least * (1 - 1e-6):
-            least = ends[best]
-            chosen[place] = int(offered[best])
-            information = rest + candidates_[best].T @ candidates_[best]
-    return chosen
 
 
 def _tour(robot, q, modes):

@@ -83,7 +83,7 @@ class Calibration(Plotted):
     --------
     >>> import fivebar as fb
     >>> drawn, built = fb.FiveBar(), fb.FiveBar(l11=0.0905, d=0.1185)
-    >>> where = fb.measurement_poses(drawn, 6, criterion="D")
+    >>> where = fb.measurement_poses(drawn, 6)
     >>> pose = fb.igm(built, where.xi, where.working)
     >>> data = {"q1": pose.q[:, 0], "q2": pose.q[:, 1], "x": pose.xi[:, 0], "y": pose.xi[:, 1]}
     >>> result = fb.calibrate(drawn, data, ("l11", "l12", "l21", "l22", "d"), sigma=1e-5)
