@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import re
+from collections import defaultdict
 from xml.etree import ElementTree
 from xml.parsers import expat
 
@@ -15,6 +16,7 @@ from ...base.tables import STRANGE
 from ...base.units import METRES
 from ..fit import Bezier, Ellipse
 from ..pieces import Line
+from .css import apply_rules, sheet_rules
 from .draft import Draft, Move, listed
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -53,10 +55,11 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     """
     root = _tree(text, name)
     draft = Draft(name)
+    passed: defaultdict[str, list] = defaultdict(list)
+    _apply_sheets(root, passed)
     for element in root.iter():
         _check(element, name)
     _give_own_lengths(root, name)
-    passed: dict[str, list] = {}
     _refuse_repetition(root, name, passed)
     _choose_branches(root, passed)
     _hide_templates(root)
@@ -106,6 +109,21 @@ def _tree(text, name):
     return root
 
 
+def _apply_sheets(root, passed):
+    """Apply style sheets, of which svgelements reads few selectors."""
+    rules = []
+    for sheet in root.iter(f"{SVG}style"):
+        text = sheet.text or ""
+        if "media" in sheet.attrib:
+            text = f"@media {{{text}}}"
+        sheet.text = ""
+        read, unread = sheet_rules(text)
+        rules += read
+        for words in unread:
+            passed[f"{words} of CSS is not applied"].append(int(sheet.get(LINE)))
+    apply_rules(root, rules)
+
+
 def _check(element, name):
     """Raise ValueError for what svgelements would silently read as something else."""
     tag = element.tag.removeprefix(SVG)
@@ -122,7 +140,8 @@ def _check(element, name):
     transform = element.get("transform", "")
     if not TRANSFORM.fullmatch(transform):
         raise ValueError(f"{where}: not a valid transform: {transform[:40]!r}")
-    if "transform-origin" in element.attrib or "transform" in element.get("style", ""):
+    is_transformed = re.search(r"(?<![-\w])transform", element.get("style"))
+    if "transform-origin" in element.attrib or is_transformed:
         raise ValueError(f"{where}: write its transform as one attribute, without an origin")
     if tag == "symbol" and "viewBox" in element.attrib:
         raise ValueError(f"{where}: a symbol with a viewBox is not read: expand its copies")
@@ -164,7 +183,7 @@ def _refuse_repetition(root, name, passed):
             links = [element.get(link) for link in LINKS if link in element.attrib]
             target = known.get(links[0][1:]) if links else None
             if target is None and element.tag == f"{SVG}use":
-                passed.setdefault("<use> finds nothing to draw", []).append(int(element.get(LINE)))
+                passed["<use> finds nothing to draw"].append(int(element.get(LINE)))
             parts = [*element] if target is None else [*element, target]
             sizes[key] = 1 + sum(size(part, above | {key}) for part in parts)
         return sizes[key]
@@ -176,7 +195,7 @@ def _refuse_repetition(root, name, passed):
 def _choose_branches(root, passed):
     """Leave of each <switch> the first branch that a reader of English without extensions sees."""
     for switch in list(root.iter(f"{SVG}switch")):
-        passed.setdefault("of <switch> one branch is drawn", []).append(int(switch.get(LINE)))
+        passed["of <switch> one branch is drawn"].append(int(switch.get(LINE)))
         seen = [branch for branch in switch if _is_seen(branch)]
         for branch in list(switch):
             if branch not in seen[:1]:
@@ -207,10 +226,10 @@ def _shapes(element, passed):
     """Yield the shapes of a group that are not transparent, and list where a group clips them."""
     values = element.values
     if ZERO.fullmatch(values.get("opacity", "")):
-        passed.setdefault(INVISIBLE, []).append(_line(values))
+        passed[INVISIBLE].append(_line(values))
         return
     if values.get("clip-path", "none") != "none":
-        passed.setdefault("clip-path is not applied", []).append(_line(values))
+        passed["clip-path is not applied"].append(_line(values))
     if isinstance(element, svgelements.Shape):
         yield element
     elif isinstance(element, list):
@@ -247,11 +266,11 @@ def _add(element, metres, origin, draft, passed):
     hidden = values.get("visibility") in ("hidden", "collapse")
     is_filled = _is_painted(values, "fill")
     if hidden or not (is_filled or _is_painted(values, "stroke")):
-        passed.setdefault(INVISIBLE, []).append(line)
+        passed[INVISIBLE].append(line)
         return
     for key in NOT_APPLIED:
         if values.get(key, "none") != "none":
-            passed.setdefault(f"{key} is not applied", []).append(line)
+            passed[f"{key} is not applied"].append(line)
 
     def direction(vector):
         x = matrix.a * vector.x + matrix.c * vector.y
@@ -288,7 +307,7 @@ def _add(element, metres, origin, draft, passed):
             shape = Bezier(np.full(4, start))
         draft.moves.append(Move(shape, line=line))
     if is_filled and any(map(_encloses_area, outlines)):
-        passed.setdefault("areas are not filled: their outlines are drawn", []).append(line)
+        passed["areas are not filled: their outlines are drawn"].append(line)
 
 
 def _is_painted(values, what):

@@ -1,0 +1,61 @@
+"""Style sheets of a drawing, written into the style of each element.
+
+Read are selectors of tags, classes and ids, within others (g path) or as their children (g > path).
+"""
+
+import re
+
+COMMENT = re.compile(r"/\*.*?(\*/|\Z)", re.DOTALL)
+KNOWN = re.compile(r"[-\w.#*>,]*")
+WORD = re.compile(r"[-\w]+")
+NAME = re.compile(r"[.#]?[-\w]+|[*>]")
+
+
+def sheet_rules(text):
+    """Return the rules of a style sheet, and the words of selectors and @-rules that are not read.
+
+    A rule is (steps, specificity, declarations). Steps are sets of the names that elements must
+    have: the last one itself, those before it the elements around it. A child has the name ">".
+    """
+    rules = []
+    unread = []
+    around = []
+    parts = re.split("([{}])", COMMENT.sub("", text) + "{}")
+    for words, brace in zip(parts[::2], parts[1::2]):
+        if brace == "{":
+            around.append(words)
+        elif len(around) > 1:
+            around.pop()
+            unread.append("a nested rule")
+        elif around:
+            for prelude in around.pop().split(";"):  # @import "a.css"; path
+                odd = [word for word in prelude.split() if not KNOWN.fullmatch(word)]
+                unread += odd[:1]
+                for selector in [] if odd else filter(str.strip, prelude.split(",")):
+                    compounds = re.sub(r">\s*", " >", selector).split()
+                    steps = tuple(frozenset(NAME.findall(compound)) for compound in compounds)
+                    names = len(WORD.findall(selector))
+                    rules.append((steps, (selector.count("#"), selector.count("."), names), words))
+    return rules, unread
+
+
+def apply_rules(root, rules):
+    """Write into the style of each element what the rules give it: the last value counts."""
+    every = {(steps, (weight, k, words)) for k, (steps, weight, words) in enumerate(rules)}
+    todo = [(root, every)]
+    while todo:
+        element, sought = todo.pop()  # the steps that are left of each rule
+        names = {">", "*", element.tag.rpartition("}")[2], "#" + element.get("id", "")}
+        names.update("." + word for word in element.get("class", "").split())
+        found = []
+        below = {(steps, rule) for steps, rule in sought if ">" not in steps[0]}
+        for (first, *rest), rule in sought:
+            if first <= names and rest:
+                below.add((tuple(rest), rule))
+            elif first <= names:
+                found.append(rule)
+        todo += [(child, below) for child in element]
+        bodies = [words for _, _, words in sorted(found)]
+        parts = ";".join([*bodies, COMMENT.sub("", element.get("style", ""))]).split(";")
+        parts.sort(key=lambda part: "!" in part)  # important ones last
+        element.set("style", ";".join(part.partition("!")[0] for part in parts))
