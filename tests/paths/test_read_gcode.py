@@ -192,6 +192,131 @@ def test_two_strokes_of_plotters(kind):
         assert "the pen is taken to be down at the" in " ".join(path.notes)
 
 
+# Two strokes as the posts of Fusion 360 (3-axis mill), FreeCAD (linuxcnc) and hands for LinuxCNC write them.
+MILLS = {
+    "Fusion 360": """%
+(1001)
+(T1  D=3. CR=0. - ZMIN=-1. - flat end mill)
+N10 G90 G94 G17 G49 G40 G80
+N15 G21
+N20 G28 G91 Z0.
+N22 G90
+
+(2D Contour1)
+N25 T1 M6
+N30 S5000 M3
+N35 G17 G90 G94
+N40 G54
+N45 M8
+N50 G0 X10. Y0.
+N55 G43 Z15. H1
+N60 G0 Z5.
+N65 G1 Z1. F333.
+N70 Z-1.
+N75 X20. F1000.
+N80 G0 Z15.
+N85 X20. Y10.
+N90 Z5.
+N95 G1 Z-1. F333.
+N100 X10. F1000.
+N105 G0 Z15.
+N110 M9
+N115 M5
+N120 G53 G0 Z0.
+N125 G28 G91 Z0.
+N130 G90
+N135 G53 G0 X0. Y0.
+N140 M30
+%
+""",
+    "FreeCAD": """(Exported by FreeCAD)
+(Post Processor: linuxcnc_post)
+(Output Time:2026-01-01 10:00:00.000000)
+(begin preamble)
+G17 G54 G40 G49 G80 G90
+G21
+(begin operation: Fixture)
+(machine units: mm/min)
+G54
+(finish operation: Fixture)
+(begin operation: TC: Default Tool)
+(machine units: mm/min)
+(TC: Default Tool)
+(begin toolchange)
+( TOOL CHANGE )
+M5
+M6 T1
+G43 H1
+M3 S1000
+(finish operation: TC: Default Tool)
+(begin operation: Engrave)
+(machine units: mm/min)
+(Engrave)
+G0 Z15.000
+G0 X10.000 Y0.000
+G0 Z3.000
+G1 X10.000 Y0.000 Z-1.000 F100.000
+G1 X20.000 Y0.000 Z-1.000 F600.000
+G0 Z15.000
+G0 X20.000 Y10.000
+G0 Z3.000
+G1 X20.000 Y10.000 Z-1.000 F100.000
+G1 X10.000 Y10.000 Z-1.000 F600.000
+G0 Z15.000
+(finish operation: Engrave)
+(begin postamble)
+M05
+G17 G54 G90 G80 G40
+M2
+""",
+    "LinuxCNC": """%
+(AXIS: text.ngc)
+G20 G17 G40 G49 G54 G64 P0.001 G80 G90 G94
+G21 G91.1
+T1 M6 G43
+S3000 M3 F600
+G53 G0 Z0
+G0 X10 Y0
+G0 Z2
+G1 Z-0.5
+G1 X20
+G0 Z2
+G0 Y10
+G1 Z-0.5
+G1 X10
+G0 Z2
+M5 M9
+G28 Z0
+T0 M6 G49
+G0 X0 Y0
+M2
+%
+""",
+}
+
+
+@pytest.mark.parametrize("kind", MILLS)
+def test_two_strokes_of_a_mill_with_a_tool_changer(kind):
+    path = read(MILLS[kind])
+    drawn = [(p.start, p.end) for p, pen in zip(path.pieces, path.pen) if pen]
+    np.testing.assert_allclose(drawn, TWO_STROKES, atol=1e-15)
+    notes = " | ".join(path.notes)
+    for words in ("M6", "T word", "G43", "G49", "G40", "G17"):
+        assert f"{words}: passed over" in notes
+
+
+def test_another_tool_between_strokes_is_refused():
+    """As another pen: after the last stroke it changes nothing."""
+    change = "G0 Z5\nT2 M6\nG43 H2\nM3 S900\n"
+    program = "G21\nT1 M6\nM3 S900\nG0 X10 Y0\nG1 Z-1\nG1 X20\n{0}G0 Y10\nG1 Z-1\nG1 X10\n{1}"
+    assert read(program.format("", change)).pen == (True, False, True)
+    assert read(program.format(change.replace("T2 M6", "T2"), "")).pen == (True, False, True)
+    with pytest.raises(ValueError, match="line 8: M6 changes the tool between strokes"):
+        read(program.format(change, ""))
+    # The moves to X10 in G1 are above the sheet.
+    assert read("G21\nG1 Z5\nG1 X10 Y0\nT1 M6\nG1 Z-1\nG1 X20").length == pytest.approx(0.01)
+
+
 @pytest.mark.parametrize("down, up", [(15, 19), (19, 15), (14.8, 21)])
 def test_values_of_the_pen_are_told_where_a_file_does_not_show_them(down, up):
     text = (

@@ -7,17 +7,16 @@ import re
 
 COMMENT = re.compile(r"/\*.*?(\*/|\Z)", re.DOTALL)
 KNOWN = re.compile(r"[-\w.#*>,]*")
-WORD = re.compile(r"[-\w]+")
 NAME = re.compile(r"[.#]?[-\w]+|[*>]")
 
 
-def sheet_rules(text):
-    """Return the rules of a style sheet, and the words of selectors and @-rules that are not read.
+def read_sheet(text, rules):
+    """Append the rules of a style sheet; return the words of selectors and @-rules not read.
 
-    A rule is (steps, specificity, declarations). Steps are sets of the names that elements must
-    have: the last one itself, those before it the elements around it. A child has the name ">".
+    A rule is (steps, (specificity, number, declarations)). Steps are sets of the names that
+    elements must have: the last one itself, those before it the elements around it. A child has
+    the name ">".
     """
-    rules = []
     unread = []
     around = []
     parts = re.split("([{}])", COMMENT.sub("", text) + "{}")
@@ -34,15 +33,15 @@ def sheet_rules(text):
                 for selector in [] if odd else filter(str.strip, prelude.split(",")):
                     compounds = re.sub(r">\s*", " >", selector).split()
                     steps = tuple(frozenset(NAME.findall(compound)) for compound in compounds)
-                    names = len(WORD.findall(selector))
-                    rules.append((steps, (selector.count("#"), selector.count("."), names), words))
-    return rules, unread
+                    names = len(re.findall(r"[-\w]+", selector))
+                    specificity = selector.count("#"), selector.count("."), names
+                    rules.append((steps, (specificity, len(rules), words)))
+    return unread
 
 
 def apply_rules(root, rules):
     """Write into the style of each element what the rules give it: the last value counts."""
-    every = {(steps, (weight, k, words)) for k, (steps, weight, words) in enumerate(rules)}
-    todo = [(root, every)]
+    todo = [(root, set(rules))]
     while todo:
         element, sought = todo.pop()  # the steps that are left of each rule
         names = {">", "*", element.tag.rpartition("}")[2], "#" + element.get("id", "")}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from collections import defaultdict
 from typing import Any
 
 from ...base.units import METRES
@@ -22,7 +23,7 @@ BY_FIVEBAR = re.compile(r"[(;] ?fivebar: joint angles")
 COMMENT = re.compile(r"\([^()]*\)|;.*|\*\d+\s*$")
 PASSED = {  # codes that say nothing of a path in the plane
     "G": {17, 28, 40, 43, 49, 50, 53, 54, 61, 64, 69, 80, 94, 97},
-    "M": {0, 1, 7, 8, 9, 17, 18, 84, 400},
+    "M": {0, 1, 6, 7, 8, 9, 17, 18, 84, 400},
 }
 RIGHT = 1e-3  # of its radius: by which an arc's ends may differ in their distance from the centre
 ROUGH = 5e-6  # m, the same: what files of three decimals in mm or four in inches leave
@@ -72,7 +73,7 @@ class _Machine:
         self.spindle = False
         self.power = math.inf
         self.ended = False
-        self.passed: dict[str, list] = {}
+        self.passed: defaultdict[str, list] = defaultdict(list)
         plain = "\n".join(COMMENT.sub("", line) for line in self.lines).upper()
         self.has_servo = re.search(r"M(280|300)\b", plain) is not None
         self.has_spindle = re.search(r"M\s*(0*[345]|10[67])(?!\d)", plain) is not None
@@ -90,6 +91,14 @@ class _Machine:
             down = self.levels_down()
             pens = [move.pen and level in down for move, level in zip(draft.moves, self.levels)]
             draft.moves = [move._replace(pen=pen) for move, pen in zip(draft.moves, pens)]
+        drawn = [move.line or 0 for move in draft.moves if move.pen]
+        for line in self.passed["M6"]:
+            if drawn and drawn[0] < line <= drawn[-1]:
+                self.line = line
+                raise self.error(
+                    "M6 changes the tool between strokes, and a path has one pen: give the strokes"
+                    " of each tool as a file of their own"
+                )
         if self.from_unknown and draft.moves[0].pen:
             draft.notes.append("it begins at X0 Y0: the file names no place before it draws")
         elif self.from_unknown:
@@ -123,7 +132,7 @@ class _Machine:
         return ValueError(f"{self.draft.name}, line {self.line}: {message}")
 
     def pass_over(self, what: str) -> None:
-        self.passed.setdefault(what, []).append(self.line)
+        self.passed[what].append(self.line)
 
     def block(self, text: str) -> None:
         """Run one line without its comments."""

@@ -16,7 +16,7 @@ from ...base.tables import STRANGE
 from ...base.units import METRES
 from ..fit import Bezier, Ellipse
 from ..pieces import Line
-from .css import apply_rules, sheet_rules
+from .css import apply_rules, read_sheet
 from .draft import Draft, Move, listed
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -56,7 +56,7 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     root = _tree(text, name)
     draft = Draft(name)
     passed: defaultdict[str, list] = defaultdict(list)
-    _apply_sheets(root, passed)
+    _apply_sheets(root, name, passed)
     for element in root.iter():
         _check(element, name)
     _give_own_lengths(root, name)
@@ -72,12 +72,11 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
         raise ValueError(f"{name}: cannot be read as SVG: {error}") from error
     origin = 1j * metres * float(svg.height or 0.0)
     for tag in NOT_DRAWN:
-        lines = [int(element.get(LINE)) for element in root.iter(SVG + tag)]
-        if lines:
-            passed[f"<{tag}> is not drawn"] = lines
+        for element in root.iter(SVG + tag):
+            passed[f"<{tag}> is not drawn"].append(element.get(LINE))
     for shape in shapes:
         _add(shape, metres, origin, draft, passed)
-    draft.notes += [f"{what}{listed(lines)}" for what, lines in sorted(passed.items())]
+    draft.notes += [f"{what}{listed(map(int, lines))}" for what, lines in sorted(passed.items())]
     return draft
 
 
@@ -109,7 +108,7 @@ def _tree(text, name):
     return root
 
 
-def _apply_sheets(root, passed):
+def _apply_sheets(root, name, passed):
     """Apply style sheets, of which svgelements reads few selectors."""
     rules = []
     for sheet in root.iter(f"{SVG}style"):
@@ -117,10 +116,10 @@ def _apply_sheets(root, passed):
         if "media" in sheet.attrib:
             text = f"@media {{{text}}}"
         sheet.text = ""
-        read, unread = sheet_rules(text)
-        rules += read
-        for words in unread:
-            passed[f"{words} of CSS is not applied"].append(int(sheet.get(LINE)))
+        for words in read_sheet(text, rules):
+            passed[f"{words} of CSS is not applied"].append(sheet.get(LINE))
+    if len(rules) * len(list(root.iter())) > 1000 * MOST:
+        raise ValueError(f"{name}: {len(rules)} rules of CSS are too many for as many elements")
     apply_rules(root, rules)
 
 
@@ -140,8 +139,8 @@ def _check(element, name):
     transform = element.get("transform", "")
     if not TRANSFORM.fullmatch(transform):
         raise ValueError(f"{where}: not a valid transform: {transform[:40]!r}")
-    is_transformed = re.search(r"(?<![-\w])transform", element.get("style"))
-    if "transform-origin" in element.attrib or is_transformed:
+    moves = re.search(r"(?<![-\w])transform", element.get("style"))
+    if moves or "transform-origin" in element.attrib:
         raise ValueError(f"{where}: write its transform as one attribute, without an origin")
     if tag == "symbol" and "viewBox" in element.attrib:
         raise ValueError(f"{where}: a symbol with a viewBox is not read: expand its copies")
@@ -183,7 +182,7 @@ def _refuse_repetition(root, name, passed):
             links = [element.get(link) for link in LINKS if link in element.attrib]
             target = known.get(links[0][1:]) if links else None
             if target is None and element.tag == f"{SVG}use":
-                passed["<use> finds nothing to draw"].append(int(element.get(LINE)))
+                passed["<use> finds nothing to draw"].append(element.get(LINE))
             parts = [*element] if target is None else [*element, target]
             sizes[key] = 1 + sum(size(part, above | {key}) for part in parts)
         return sizes[key]
@@ -195,7 +194,7 @@ def _refuse_repetition(root, name, passed):
 def _choose_branches(root, passed):
     """Leave of each <switch> the first branch that a reader of English without extensions sees."""
     for switch in list(root.iter(f"{SVG}switch")):
-        passed["of <switch> one branch is drawn"].append(int(switch.get(LINE)))
+        passed["of <switch> one branch is drawn"].append(switch.get(LINE))
         seen = [branch for branch in switch if _is_seen(branch)]
         for branch in list(switch):
             if branch not in seen[:1]:
@@ -226,20 +225,15 @@ def _shapes(element, passed):
     """Yield the shapes of a group that are not transparent, and list where a group clips them."""
     values = element.values
     if ZERO.fullmatch(values.get("opacity", "")):
-        passed[INVISIBLE].append(_line(values))
+        passed[INVISIBLE].append(values[LINE])
         return
     if values.get("clip-path", "none") != "none":
-        passed["clip-path is not applied"].append(_line(values))
+        passed["clip-path is not applied"].append(values[LINE])
     if isinstance(element, svgelements.Shape):
         yield element
     elif isinstance(element, list):
         for part in element:
             yield from _shapes(part, passed)
-
-
-def _line(values):
-    """Return the line of the file on which an element begins."""
-    return int(values[LINE]) if LINE in values else None
 
 
 def _metres_per_pixel(svg, draft, units):
@@ -262,7 +256,7 @@ def _add(element, metres, origin, draft, passed):
     """Add the moves along a shape's outline, and list what of its look is not drawn."""
     values = element.values
     matrix = element.transform
-    line = _line(values)
+    line = int(values[LINE])
     hidden = values.get("visibility") in ("hidden", "collapse")
     is_filled = _is_painted(values, "fill")
     if hidden or not (is_filled or _is_painted(values, "stroke")):
