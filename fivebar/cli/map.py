@@ -10,6 +10,7 @@ import numpy as np
 
 from ..base.errors import UnreachableError, UsageError
 from ..base.tables import saved
+from ..base.units import METRES, unit_named
 from ..planning.samples import from_csv
 from ..singularities.degenerate import EVERYWHERE
 from ..singularities.maps import FIELDS, checked_window, singularity_map
@@ -50,7 +51,7 @@ OPTIONS = TABLE | {
     "--out OUT.png": (Path("map.png"), "PNG, SVG or PDF"),
     WORKING: "of the picture and of --fits: these working modes alone",
     "--width column|page": "of the picture: that of a journal's column, 88 mm, or page, 181 mm",
-    "--unit UNIT": "of the picture's axes: mm, cm or m; of joints that turn deg or rad",
+    "--unit UNIT": "of the picture's axes: um, mm, cm, m or in; of joints that turn deg or rad",
     "--labels NAME=TEXT ...": "what is written for x, y, q11, a field or words of the legend",
     "--data GRID.csv": "the grid as .csv or .npz",
     "--page PAGE.html": "an interactive page: point at the map to move the robot",
@@ -75,9 +76,9 @@ def _map(arguments):
     from ..singularities.passages import known_aspects
     from ..visualization.pages.linked import map_page
     from ..visualization.plot.graph import aspect_graph
-    from ..visualization.plot.maps import LENGTHS
     from ..visualization.plot.maps import singularity_map as picture
     from ..visualization.plot.panels import in_frame
+    from ..visualization.style import length_unit
 
     task = arguments.space == "task"
     user = "map --load" if arguments.load else "map" if task else "map --space joint"
@@ -120,7 +121,8 @@ def _map(arguments):
         style["modes"] = [tuple(arguments.working)]
     with usage_errors():
         figure = picture(data, points, regions, **style)
-    scale = LENGTHS.get(arguments.unit, 1e3)
+    unit = length_unit(robot)
+    scale = 1 / METRES.get(unit_named(arguments.unit or unit[1]), 1e-3)
     saved(in_frame(figure, machine.frame, scale), arguments.out)
     if arguments.graph:
         saved(aspect_graph(robot), arguments.graph)
@@ -148,10 +150,10 @@ def _map(arguments):
     if parts is None:
         print_message("aspects are not listed: those of a biglide are strips without ends")
     else:
-        _print_regions("aspect", parts)
+        _print_regions("aspect", parts, *unit)
     if regions is not None:
-        _print_regions("region", regions)
-    _print_largest(result, arguments.fits)
+        _print_regions("region", regions, *unit)
+    _print_largest(result, arguments.fits, *unit)
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
     print_files(used_options(arguments, "out", "graph", "data", "page").values())
@@ -261,35 +263,35 @@ def _board(machine, parts, margin, size):
     return {"fits": scale >= 1, "scale": scale, "number": part.number} | own
 
 
-def _print_largest(result, size):
+def _print_largest(result, size, scale, unit):
     """Print the largest disc and rectangle, and whether a board of a size fits."""
     if disc := result.get("largest_disc"):
-        where = f"about {point_words(disc['center_m'])}, in region {disc['region']}"
-        print(f"largest disc: radius {1e3 * disc['radius_m']:.4f} mm {where}")
+        where = f"about {point_words(disc['center_m'], scale, unit)}, in region {disc['region']}"
+        print(f"largest disc: radius {scale * disc['radius_m']:.4f} {unit} {where}")
     if rectangle := result.get("largest_rectangle"):
-        print(f"largest rectangle in it: {_rectangle_words(rectangle)}")
+        print(f"largest rectangle in it: {_rectangle_words(rectangle, scale, unit)}")
     if board := result.get("board"):
         verb = "fits" if board["fits"] else "does not fit"
         where = f"scale {board['scale']:.4g}, in {board['in']} {board['number']}"
         print(
-            f"a board of {size_words(size)} {verb}: the largest of its shape is"
-            f" {_rectangle_words(board)}, {where}"
+            f"a board of {size_words(size, scale, unit)} {verb}: the largest of its shape is"
+            f" {_rectangle_words(board, scale, unit)}, {where}"
         )
 
 
-def _rectangle_words(rectangle):
+def _rectangle_words(rectangle, scale, unit):
     angle = np.rad2deg(rectangle["turned_rad"])
     turned = f", turned by {angle:.4g}° as the robot" if angle else ""
-    corner = f"its lower left corner at {point_words(rectangle['corner_m'])}{turned}"
-    return f"{size_words(rectangle['rectangle_m'])}, {corner}"
+    corner = f"its lower left corner at {point_words(rectangle['corner_m'], scale, unit)}{turned}"
+    return f"{size_words(rectangle['rectangle_m'], scale, unit)}, {corner}"
 
 
-def _print_regions(name, regions):
-    print(f"{name}  working  assembly    area (mm²)")
+def _print_regions(name, regions, scale, unit):
+    print(f"{name}  working  assembly    area ({unit}²)")
     for region in regions:
         working, assembly = _signs(region.working), _signs((region.assembly,))
-        error = 1e6 * getattr(region, "area_error", 0.0)
-        area = f"{1e6 * region.area:>12.4f}" + (f" ± {error:.2g}" if error else "")
+        error = scale**2 * getattr(region, "area_error", 0.0)
+        area = f"{scale**2 * region.area:>12.4f}" + (f" ± {error:.2g}" if error else "")
         print(f"{region.number:>6}  {working:>7}  {assembly:>8}  {area}")
     if not regions:
         print_message("no pose keeps these margins")

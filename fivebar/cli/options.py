@@ -205,16 +205,16 @@ def named_values(texts: Iterable[str], option: str, form: str = "VALUE") -> dict
     return found
 
 
-def point_words(point: Iterable[float]) -> str:
-    """Return a point (2,), m, in words."""
+def point_words(point: Iterable[float], scale: float = 1e3, unit: str = "mm") -> str:
+    """Return a point (2,), m, in words; scale: of the unit, to a metre."""
     x, y = point
-    return f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
+    return f"({scale * x:.4g}, {scale * y:.4g}) {unit}"
 
 
-def size_words(size: Iterable[float]) -> str:
-    """Return width and height, m, in words."""
+def size_words(size: Iterable[float], scale: float = 1e3, unit: str = "mm") -> str:
+    """Return width and height, m, in words; scale: of the unit, to a metre."""
     width, height = size
-    return f"{1e3 * width:.4g} x {1e3 * height:.4g} mm"
+    return f"{scale * width:.4g} x {scale * height:.4g} {unit}"
 
 
 def print_message(text: object) -> None:

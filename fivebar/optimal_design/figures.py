@@ -82,10 +82,10 @@ def figures_of(
         raise ValueError(f"{argument}: none is asked for; the known ones are {', '.join(FIGURES)}")
     names = [figure.name for figure in figures]
     if len(set(names)) < len(names):
-        words = f"{argument}: {max(names, key=names.count)} is asked for twice"
-        if any(figure.kind == "own" for figure in figures):
-            words += "; functions of one name are told apart as {name: function}"
-        raise ValueError(words)
+        raise ValueError(
+            f"{argument}: {max(names, key=names.count)} is asked for twice; give functions of one"
+            " name as {name: function}"
+        )
     for figure in figures:
         if figure.kind != "own" and not isinstance(robot, FiveBar):
             raise ValueError(

@@ -154,14 +154,25 @@ def length(metres: float) -> str:
     return f"{scale * metres:.2f} {unit}"
 
 
+def length_unit(*robots: Robot) -> tuple[float, str]:
+    """Return factor and name of the unit of all lengths about robots: mm where the longest distal
+    bar is of what stands on a desk, else µm or m.
+    """
+    longest = max(max(robot.distal) for robot in robots)
+    if longest < 1e-3:
+        return 1e6, "µm"
+    return (1e3, "mm") if longest <= 3.0 else (1.0, "m")
+
+
 def robot_title(robot: Robot) -> str:
-    """Return what a robot is called over a picture, with its lengths in mm."""
-    *bars, base = (f"{1e3 * x:.4g}" for name, x in robot.parameters.items() if name in LENGTHS)
+    """Return what a robot is called over a picture, with its lengths."""
+    scale, unit = length_unit(robot)
+    *bars, base = (f"{scale * x:.4g}" for name, x in robot.parameters.items() if name in LENGTHS)
     if len(set(bars)) == 1:
         lengths = f"all bars {bars[0]}"
     else:
         lengths = f"bars {', '.join(bars)}"
-    return f"{robot.words.title}, {lengths} mm, base {base} mm"
+    return f"{robot.words.title}, {lengths} {unit}, base {base} {unit}"
 
 
 def signs(*modes: int) -> str:
@@ -176,4 +187,4 @@ def names_of(show: str | Iterable[str]) -> tuple[str, ...]:
 
 def of_unit(unit: str) -> str:
     """Return a unit as pictures write it."""
-    return unit.replace("^2", "²")
+    return unit.replace("^2", "²").replace("um", "µm")

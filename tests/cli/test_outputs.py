@@ -552,6 +552,23 @@ def test_a_maps_table_names_what_fits(ran, here, pictured, monkeypatch):
     assert found["aspects"][0]["point_m"] == pytest.approx(place.tolist())
 
 
+def test_a_map_has_one_unit_that_fits_the_robot(ran, here, pictured, monkeypatch):
+    """Robots of one shape: the same numbers, in µm and in m."""
+    fake_parts(monkeypatch)
+    told = {}
+    for unit in ("um", "m"):
+        bars = f"--l11 10{unit} --l12 12{unit} --l21 9{unit} --l22 11{unit} --d 7{unit}"
+        told[unit] = ran(f"map --nodes 3 --fits 0.15 0.05 --out map.png {bars}").out
+    assert pictured["map.png"] == 1.0
+    small, large = (told[unit].splitlines() for unit in told)
+    assert small[0].endswith("area (µm²)") and large[0].endswith("area (m²)")
+    assert small[3] == large[3] == "     3       +-         -     1025.3574"
+    assert small[1:11] == large[1:11]
+    assert "a board of 1.5e+05 x 5e+04 µm" in told["um"] and "of 0.15 x 0.05 m " in told["m"]
+    ran(f"map --nodes 3 --unit µm --out map.png {bars}")
+    assert pictured["map.png"] == pytest.approx(1e6)
+
+
 def test_a_map_is_of_its_window_and_letters(ran, here, pictured):
     frame = fb.Placement((0.1, 0.0), np.pi / 2)
     fb.Machine(ROBOT, frame=frame).save(here / "robot.toml")

@@ -539,11 +539,11 @@ def test_a_track_keeps_its_torque_limit_and_names_its_file(tmp_path, capsys):
 def test_an_area_is_told_with_its_error_where_it_has_one(capsys):
     exact = SimpleNamespace(number=1, working=(-1, 1), assembly=1, area=2.5e-3)
     rough = SimpleNamespace(**vars(exact) | {"number": 2, "area_error": 3e-9})
-    map_command._print_regions("region", [exact, rough])
+    map_command._print_regions("region", [exact, rough], 1e3, "mm")
     first, second = capsys.readouterr().out.splitlines()[1:]
     assert first.split() == ["1", "-+", "+", "2500.0000"]
     assert second.split() == ["2", "-+", "+", "2500.0000", "±", "0.003"]
-    map_command._print_regions("region", [])
+    map_command._print_regions("region", [], 1e3, "mm")
     assert "no pose keeps these margins" in capsys.readouterr().err
 
 

@@ -58,7 +58,7 @@ def test_folders_that_cannot_be_used(tmp_path):
             TypeError,
             "figure must be a name, a function of a robot or a list",
         ),
-        (lambda: fb.sweep(["bars", "bars"], {"l1": [0.1]}), ValueError, "bars is asked for twice$"),
+        (lambda: fb.sweep(["bars", "bars"], {"l1": [0.1]}), ValueError, "bars is asked for twice"),
         (
             lambda: fb.sweep([lambda robot: robot.l11, lambda robot: robot.l12], {"l1": [0.1]}),
             ValueError,

@@ -7,6 +7,7 @@ import pytest
 import fivebar as fb
 from fivebar.optimal_design import grid
 from fivebar.visualization.plot.panels import PALETTES
+from fivebar.visualization.style import robot_title
 
 ROBOT = fb.FiveBar()
 MAP = fb.singularity_map(ROBOT, shape=(21, 21))
@@ -84,6 +85,25 @@ def test_units_and_letters_are_those_of_the_paper():
         fb.plot.singularity_map(MAP, labels={"z": "z"})
     with pytest.raises(ValueError, match="unit must be 'mm', 'cm' or 'm'|unit must be .*mm"):
         fb.plot.singularity_map(MAP, unit="deg")
+
+
+@pytest.mark.parametrize(
+    "size, metre, unit", [(1e-4, 1e6, "µm"), (1.0, 1e3, "mm"), (20.0, 1e3, "mm"), (100.0, 1.0, "m")]
+)
+def test_pictures_have_the_unit_of_the_robots_size(size, metre, unit):
+    robot = fb.FiveBar(*size * np.array([0.1, 0.12, 0.09, 0.11, 0.07]))
+    data = fb.singularity_map(robot, shape=(21, 21))
+    panel = fb.plot.singularity_map(data, modes=[(1, -1)]).axes[0]
+    assert panel.get_xlabel() == f"x ({unit})"
+    assert panel.get_xlim() == pytest.approx((metre * data.x[0], metre * data.x[-1]))
+    bars = ", ".join(f"{metre * size * x:.4g}" for x in (0.1, 0.12, 0.09, 0.11))
+    assert robot_title(robot).endswith(
+        f", bars {bars} {unit}, base {metre * size * 0.07:.4g} {unit}"
+    )
+    both = fb.compare({"other": fb.FiveBar(), "robot": robot}, "bars").plot().axes[:2]
+    assert {each.get_xlabel() for each in both} == {f"x ({unit if size > 1 else 'mm'})"}
+    given = fb.plot.singularity_map(data, modes=[(1, -1)], unit="µm").axes[0]
+    assert given.get_ylabel() == "y (µm)" and given.get_xlim()[0] == pytest.approx(1e6 * data.x[0])
 
 
 def test_maps_printed_in_grey_keep_their_signs():

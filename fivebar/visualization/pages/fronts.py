@@ -15,7 +15,7 @@ from ...base.tables import written
 from ...models.robots import FiveBar
 from ..document import picture, report, table
 from ..play.live import LivePage, play
-from ..plot.designs import label, parameter_unit, pose_of
+from ..plot.designs import Quantity, parameter_unit, pose_of
 
 if TYPE_CHECKING:
     from ...optimal_design.results import Design, Front
@@ -40,9 +40,8 @@ def save_page(front: Front, path: str | PathLike | None, title: str | None) -> N
     first = front.designs[0]
     rows = []
     live = None
-    heads = ["robot"]
-    heads += [label(name, parameter_unit(name, first.robot)) for name in first.parameters]
-    heads += [label(name, first.units[name]) for name in first.values]
+    heads = [Quantity(name, parameter_unit(name, first.robot)) for name in first.parameters]
+    heads += [Quantity(name, first.units[name]) for name in first.values]
     for number, design in enumerate(front.designs, start=1):
         name = f"robot {number}"
         if isinstance(design.robot, FiveBar):
@@ -63,7 +62,7 @@ def save_page(front: Front, path: str | PathLike | None, title: str | None) -> N
         title,
         notes=html.escape(notes),
         picture=picture(png.getvalue(), f"{title}, and robots along it"),
-        table=table("designs", [*heads, "active constraints"], rows),
+        table=table("designs", ["robot", *map(str, heads), "active constraints"], rows),
     )
     with written(path) as out:
         out.write(page)

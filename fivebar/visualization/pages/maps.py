@@ -14,7 +14,7 @@ from ...paths.tool import MountedTool
 from ...singularities.passages import known_aspects
 from ..loci import map_loci
 from ..skeleton import robot_body
-from ..style import ALONG, DEXTEROUS, SIGNED_COLOURS, field_scale, robot_title
+from ..style import ALONG, DEXTEROUS, SIGNED_COLOURS, field_scale, length_unit, robot_title
 from .document import packed
 from .samples import parts
 
@@ -43,9 +43,9 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
     task = data.space == "task"
     words, drives = robot.words, robot.drives
     if task or not robot.turns:
-        unit = ("mm", 1e3)
+        factor, unit = length_unit(robot)
     else:
-        unit = ("deg", 180 / np.pi)
+        factor, unit = 180 / np.pi, "deg"
     # As far as the map needs the guides of the feet.
     feet = data.y if task else np.append(data.x, data.y)
     bar = max(robot.distal)
@@ -63,7 +63,7 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
         "title": f"singularity map: {robot_title(robot)}",
         "notes": notes,
         "space": data.space,
-        "axes": [[name, *unit] for name in ("xy" if task else words.joints)],
+        "axes": [[name, unit, factor] for name in ("xy" if task else words.joints)],
         "robot": {
             "turns": robot.turns,
             "drives": [[drive.x, drive.y, drive.length] for drive in drives],

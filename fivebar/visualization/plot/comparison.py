@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.ticker import LogFormatter
 
 from ...singularities.maps import singularity_map
-from ..style import COLOURS, SIDES, field_scale, largest_of, readable
+from ..style import COLOURS, SIDES, field_scale, largest_of, length_unit, readable
 from .designs import quantity
 from .maps import MapPicture
 from .panels import draw, draw_level, finish, over_time
@@ -62,7 +62,8 @@ def draw_designs(compared: DesignComparison, sheet: Sheet, field: str = "paralle
     maps = [singularity_map(robot, field, window=window) for robot in robots.values()]
     colours = max(map(field_scale, maps), key=lambda scale: scale.high)
     kinds: dict[str, None] = {}
-    pictures = [MapPicture(data, colours, kinds=kinds) for data in maps]
+    _, unit = length_unit(*robots.values())
+    pictures = [MapPicture(data, colours, unit, kinds=kinds) for data in maps]
     quantities = {}
     for of in compared.of:
         row = np.array([compared.figures[name][of.name] for name in robots])

@@ -50,7 +50,7 @@ class Quantity(NamedTuple):
 
     words: str
     unit: str
-    factor: float
+    factor: float = 1.0
 
     def __str__(self) -> str:
         return f"{self.words} ({self.unit})" if self.unit else self.words
@@ -63,11 +63,6 @@ class Quantity(NamedTuple):
 def parameter_unit(name: str, robot: FiveBar | Biglide) -> str:
     """Return the SI unit of what designs name, "" of Liu's lengths, which have none."""
     return next(iter(units_of(name, robot.turns))).strip("1")
-
-
-def label(name: str, unit: str) -> str:
-    """Return a figure of merit or a parameter with its SI unit."""
-    return str(Quantity(name, unit, 1.0))
 
 
 def quantity(name: str, column: np.ndarray, unit: str) -> Quantity:

@@ -18,12 +18,24 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ...base.checks import one_of
+from ...base.units import METRES, RADIANS, unit_named
 from ...constraints.disc import clearance_at
 from ...paths.placing.tool_regions import tool_regions
 from ...singularities.maps import SIGNED
 from ...singularities.passages import known_aspects
 from ..loci import map_loci
-from ..style import ALONG, DEXTEROUS, INK, NO_VALUE, PINK, Scale, field_scale, signs
+from ..style import (
+    ALONG,
+    DEXTEROUS,
+    INK,
+    NO_VALUE,
+    PINK,
+    Scale,
+    field_scale,
+    length_unit,
+    of_unit,
+    signs,
+)
 from .panels import PALETTES, STYLES, draw, figure_legend
 from .sheets import Sheet, inches_across
 
@@ -33,8 +45,6 @@ if TYPE_CHECKING:
 
     from ...singularities.maps import Map
 
-LENGTHS = {"mm": 1e3, "cm": 1e2, "m": 1.0}
-ANGLES = {"deg": 180 / np.pi, "rad": 1.0}
 SMALLEST_SHAPE, LARGEST_SHAPE = 0.4, 2.0  # height over width of a panel
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 
@@ -69,8 +79,9 @@ def singularity_map(
     axes : Axes or sequence of Axes, optional
         Panels of a figure of one's own, one for each mode, whose curves have their names for
         its legend; a new figure without.
-    unit : {"mm", "cm", "m"} or {"deg", "rad"}, optional
-        Of the axes: mm, and of joints that turn deg, by default.
+    unit : str, optional
+        Of the axes: "um", "mm", "cm", "m" or "in", by default one that fits the robot; of joints
+        that turn "deg", the default, or "rad".
     labels : mapping, optional
         What is written in place of "x" and "y" (in joint space "q11" and "q21"), of the field's
         name, and of what the legend says, such as {"x": "$x_P$", "parallel": "det A"}.
@@ -121,7 +132,7 @@ class MapPicture:
 
     data: Map
     colours: Scale
-    unit: str | None = None
+    unit: Any = None
     labels: Mapping[str, str] = field(default_factory=dict)
     kinds: dict[str, None] = field(default_factory=dict)
     said: dict[str, None] = field(default_factory=dict)
@@ -129,9 +140,10 @@ class MapPicture:
     def __post_init__(self) -> None:
         self.is_task = self.data.space == "task"
         self.is_angle = not self.is_task and self.data.robot.turns
-        units = ANGLES if self.is_angle else LENGTHS
-        self.unit = one_of(*units)(self.unit or next(iter(units)), "unit")
-        self.scale = units[self.unit]
+        units = RADIANS if self.is_angle else METRES
+        usual = "deg" if self.is_angle else length_unit(self.data.robot)[1]
+        self.unit = one_of(*units)(unit_named(str(self.unit or usual)), "unit")
+        self.scale = 1 / units[self.unit]
         self.loci = list(map_loci(self.data))
 
     @property
@@ -190,7 +202,7 @@ class MapPicture:
         names = "xy" if self.is_task else robot.words.joints
         for axis, name in zip((axes.xaxis, axes.yaxis), names):
             words = self.label(name, name if self.is_task else f"$q_{{{name[1:]}}}$")
-            axis.set_label_text(words if words.endswith(")") else f"{words} ({self.unit})")
+            axis.set_label_text(words if words.endswith(")") else f"{words} ({of_unit(self.unit)})")
             if self.unit == "deg":
                 axis.set_major_locator(_degrees(axes, np.ptp(x)))
         axes.tick_params(labelsize=rcParams["font.size"])  # ticks are made later
