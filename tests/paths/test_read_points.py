@@ -12,7 +12,7 @@ from fivebar.paths.pieces import Arc, Line
 def test_points_strokes_and_pieces():
     path = fb.path([(0, 0), (0.1, 0), (0.1, 0), (0.1, 0.1)])
     assert path.length == pytest.approx(0.2) and path.notes == (
-        "points that repeat the one before are passed over: 1 (points 2)",
+        "points that repeat the one before are passed over: 1 (point 2)",
     )
     strokes = fb.path([[(0, 0), (0.1, 0)], np.array([(0.1, 0.1), (0, 0.1), (0, 0)])])
     assert strokes.pen == (True, False, True, True) and len(strokes.stops) == 5

@@ -5,6 +5,8 @@ import random
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.image import imread
 
 import fivebar as fb
@@ -71,6 +73,18 @@ def test_what_css_hides_is_not_drawn(css, body, is_seen):
 def test_css_that_is_not_applied_is_noted(sheet, words):
     lines, notes = drawn(f"{HEAD}\n{sheet}\n{ONE}</svg>")
     assert lines == {3} and f"{words} of CSS is not applied (line 2)" in notes
+
+
+def test_more_rules_than_can_be_applied_are_refused():
+    text = f"{HEAD}<style>{'.x{}' * 20000}</style>{'<g/>' * 5000}</svg>"
+    with pytest.raises(ValueError, match="20000 rules of CSS for 5002 elements are too many"):
+        fb.path(io.StringIO(text), kind="svg")
+
+
+@given(st.text("ax.#>*, ;:{}@/!\"'\n", max_size=60))
+def test_any_style_sheet_is_read(css):
+    escaped = css.replace(">", "&gt;")
+    drawn(f"{HEAD}<style>{escaped}</style>{ONE}</svg>")
 
 
 VALUES = {

@@ -63,9 +63,9 @@ class Draft:
             )
         by = complex(*placement.shift)
         turned = placement.turned
-        moves = []
-        for move in self.moves[first:last]:
-            moves.append(move._replace(shape=move.shape.moved(by, turned)))
+        moves = [
+            move._replace(shape=move.shape.moved(by, turned)) for move in self.moves[first:last]
+        ]
         extents = [_extent(move.shape) for move in moves]
         size = max([_width(moves), *extents])  # of whole circles the ends are one point
         empty = {k for k, extent in enumerate(extents) if extent <= ROUND * size}
@@ -85,50 +85,45 @@ class Draft:
                     f" {fine:g} m"
                 )
         parts = _parts([move.shape for move in moves], fine, empty)
-        rests: dict[int, float] = {}
-        for k, seconds in self.dwells:
-            rests[k - first] = rests.get(k - first, 0.0) + seconds
         rows: list[tuple] = []  # piece, pen, feed, line
-        dwells: dict[float, float] = {}
         s = 0.0
-        for k, pieces in enumerate([*parts, []]):
-            if k in rests:
-                dwells[s] = dwells.get(s, 0.0) + rests[k]
+        starts = [s]  # of each move, and the end
+        for move, pieces in zip(moves, parts):
             for piece in pieces:
-                move = moves[k]
                 start = tuple(piece.start)
-                if rows:
-                    end = tuple(rows[-1][0].end)
-                else:
-                    end = start
+                end = tuple(rows[-1][0].end) if rows else start
                 if math.dist(start, end) > GAP * size:
                     rows.append((Line(end, start), False, np.inf, move.line))
                     s += rows[-1][0].length
                 rows.append((piece, move.pen, move.feed, move.line))
                 s += piece.length
+            starts.append(s)
+        dwells: dict[float, float] = {}
+        for k, seconds in self.dwells:
+            if first <= k <= last:
+                s = starts[k - first]
+                dwells[s] = dwells.get(s, 0.0) + seconds
         path_pieces, pen, feed, lines = zip(*rows)
         rough = Path(path_pieces, pen, dwells, feed, tuple(notes), lines, origin=self.origin)
         return blended(rough, max(deviation - fine, 0.0), curvature)
 
 
-def listed(lines: Iterable[int | None]) -> str:
+def listed(lines: Iterable[int | None], word: str = "line") -> str:
     """Return (line 3), (lines 3, 4, 9, ...) or nothing."""
     known = sorted({line for line in lines if line is not None})
     words = ", ".join(map(str, known[:LISTED])) + ", ..." * (len(known) > LISTED)
     if known:
-        return f" ({'line' if len(known) == 1 else 'lines'} {words})"
+        return f" ({word}{'s' * (len(known) > 1)} {words})"
     return ""
 
 
-def _ends(shape):
+def _places(shape):
+    """Return points that say where a shape is, roughly."""
     if isinstance(shape, Bezier):
-        return complex(shape.control[0]), complex(shape.control[-1])
+        return shape.control
     if isinstance(shape, Ellipse):
-        return tuple(
-            complex(shape.centre + shape.a * np.cos(t) + shape.b * np.sin(t))
-            for t in (shape.t0, shape.t1)
-        )
-    return complex(*shape.start), complex(*shape.end)
+        return [shape.centre]
+    return [complex(*shape.start), complex(*shape.end)]
 
 
 def _extent(shape):
@@ -141,11 +136,11 @@ def _extent(shape):
 
 
 def _width(moves):
-    """Return the larger side, m, of the box around the ends of all moves."""
+    """Return the larger side, m, of the box around all moves, roughly."""
     if not moves:
         return 0.0
-    ends = np.array([_ends(move.shape) for move in moves])
-    return float(max(np.ptp(ends.real), np.ptp(ends.imag)))
+    places = np.concatenate([_places(move.shape) for move in moves])
+    return float(max(np.ptp(places.real), np.ptp(places.imag)))
 
 
 def _parts(shapes, within, empty):

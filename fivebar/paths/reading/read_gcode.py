@@ -154,10 +154,7 @@ class _Machine:
                 raise self.error(f"{letter} twice in one line")
             elif letter not in "NO":
                 values[letter] = value
-        motions = []
-        for letter, value in codes:
-            if letter == "G" and value in range(5):
-                motions.append(int(value))
+        motions = [int(value) for letter, value in codes if letter == "G" and value in range(5)]
         if len(motions) > 1:
             raise self.error(f"G{motions[0]} and G{motions[1]} in one line")
         for letter, value in codes:

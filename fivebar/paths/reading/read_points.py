@@ -14,7 +14,7 @@ from ...base.headings import Quantity
 from ...base.tables import TextFile
 from ...planning.samples import PLACES, refuse_unclear_lengths
 from ..pieces import Arc, Line, Polynomial
-from .draft import LISTED, Draft, Move
+from .draft import Draft, Move, listed
 
 COLUMNS = {
     "x": PLACES["x"],
@@ -102,13 +102,8 @@ def _lines(points, pen, lines, draft):
     same = (points[1:] == points[:-1]).all(axis=1)
     if same.any():
         rows = np.flatnonzero(same) + 1
-        of = "points" if lines is None else "lines"
-        shown = ", ".join(map(str, (rows if lines is None else lines[rows])[:LISTED])) + ", ..." * (
-            len(rows) > LISTED
-        )
-        draft.notes.append(
-            f"points that repeat the one before are passed over: {len(rows)} ({of} {shown})"
-        )
+        where = listed(rows, "point") if lines is None else listed(lines[rows])
+        draft.notes.append(f"points that repeat the one before are passed over: {len(rows)}{where}")
     return [
         Move(
             Line(tuple(points[k]), tuple(points[k + 1])),

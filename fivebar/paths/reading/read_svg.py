@@ -118,8 +118,9 @@ def _apply_sheets(root, name, passed):
         sheet.text = ""
         for words in read_sheet(text, rules):
             passed[f"{words} of CSS is not applied"].append(sheet.get(LINE))
-    if len(rules) * len(list(root.iter())) > 1000 * MOST:
-        raise ValueError(f"{name}: {len(rules)} rules of CSS are too many for as many elements")
+    count = len(list(root.iter()))
+    if len(rules) * count > 1000 * MOST:
+        raise ValueError(f"{name}: {len(rules)} rules of CSS for {count} elements are too many")
     apply_rules(root, rules)
 
 
