@@ -8,6 +8,7 @@ import re
 COMMENT = re.compile(r"/\*.*?(\*/|\Z)", re.DOTALL)
 KNOWN = re.compile(r"[-\w.#*>,]*")
 NAME = re.compile(r"[.#]?[-\w]+|[*>]")
+MOST = 30_000_000  # rules looked at, over all elements: half a minute
 
 
 def read_sheet(text, rules):
@@ -42,6 +43,7 @@ def read_sheet(text, rules):
 def apply_rules(root, rules):
     """Write into the style of each element what the rules give it: the last value counts."""
     todo = [(root, set(rules))]
+    looked_at = 0
     while todo:
         element, sought = todo.pop()  # the steps that are left of each rule
         names = {">", "*", element.tag.rpartition("}")[2], "#" + element.get("id", "")}
@@ -53,6 +55,9 @@ def apply_rules(root, rules):
                 below.add((tuple(rest), rule))
             elif first <= names:
                 found.append(rule)
+        looked_at += len(sought) + len(found)
+        if looked_at > MOST:
+            raise ValueError("it has too many rules of CSS for its elements")
         todo += [(child, below) for child in element]
         bodies = [words for _, _, words in sorted(found)]
         parts = ";".join([*bodies, COMMENT.sub("", element.get("style", ""))]).split(";")

@@ -56,7 +56,7 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     root = _tree(text, name)
     draft = Draft(name)
     passed: defaultdict[str, list] = defaultdict(list)
-    _apply_sheets(root, name, passed)
+    _apply_sheets(root, passed)
     for element in root.iter():
         _check(element, name)
     _give_own_lengths(root, name)
@@ -108,7 +108,7 @@ def _tree(text, name):
     return root
 
 
-def _apply_sheets(root, name, passed):
+def _apply_sheets(root, passed):
     """Apply style sheets, of which svgelements reads few selectors."""
     rules = []
     for sheet in root.iter(f"{SVG}style"):
@@ -118,9 +118,6 @@ def _apply_sheets(root, name, passed):
         sheet.text = ""
         for words in read_sheet(text, rules):
             passed[f"{words} of CSS is not applied"].append(sheet.get(LINE))
-    count = len(list(root.iter()))
-    if len(rules) * count > 1000 * MOST:
-        raise ValueError(f"{name}: {len(rules)} rules of CSS for {count} elements are too many")
     apply_rules(root, rules)
 
 
