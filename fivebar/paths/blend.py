@@ -10,14 +10,15 @@ import numpy as np
 from ..base.backend import pairs
 from ..base.checks import flag, not_negative
 from .curve import SMOOTH, Path
-from .fit import quintic
+from .dense_lines import curves_of_lines
+from .fit import quintic_as_long
 from .pieces import Piece, Polynomial
 
 ALONG = np.linspace(0, 1, 17)
 BACK = -0.9995  # cosine of a turn, from which on it is a turning back: the motion rests there
 ROUNDS = 30
 NEAR = 0.98  # of the deviation, which blends use
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+OF_LINES = 0.9  # of the deviation: within which curves take the place of short lines
 
 
 def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
@@ -30,9 +31,10 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     curvature = flag(curvature, "blended: curvature")
     if path.tool is not None:
         return replace(blended(path.drawn, deviation, curvature), tool=path.tool)
-    corner, kept = _corners(path, curvature)
     if not deviation:
         return path
+    path, used = curves_of_lines(path, OF_LINES * deviation)
+    corner, kept = _corners(path, curvature)
     if kept:
         places = "1 place" if kept == 1 else f"{kept} places"
         words = f"at {places} it turns back, which is no corner to round: a motion rests there"
@@ -45,7 +47,8 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     is_corner[corner] = True
     room = lengths * np.where(is_corner[:-1] & is_corner[1:], 0.5, 0.95)
     most = np.minimum(room[corner - 1], room[corner])
-    reach = _reaches(path, corner, lengths, most, 0.999 * deviation)
+    left = 0.999 * (deviation - np.maximum(used[corner - 1], used[corner]))
+    reach = _reaches(path, corner, lengths, most, left)
     corner = corner[reach > 0]
     reach = reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach
@@ -112,18 +115,19 @@ def _reaches(path, corner, lengths, most, deviation):
     left = np.arange(len(corner))
     for _ in range(ROUNDS):
         off = _off(path, corner[left], lengths, reach[left])
-        kept = off <= deviation
+        kept = off <= deviation[left]
         best[left[kept]] = least[left[kept]] = reach[left[kept]]
         most[left[~kept]] = reach[left[~kept]]
-        rough = ~(kept & ((off > NEAR * deviation) | (reach[left] >= most[left])))
+        rough = ~(kept & ((off > NEAR * deviation[left]) | (reach[left] >= most[left])))
         left = left[rough]
         off = off[rough]
+        allowed = deviation[left]
         if not len(left):
             break
         # It goes as a power of the reach: the first at corners, a higher one where only the
         # curvature jumps.
         guess = reach[left] * np.minimum(
-            (1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100), 10
+            (1 + NEAR) / 2 * allowed / np.maximum(off, allowed / 100), 10
         )
         inside = (guess > least[left]) & (guess < most[left])
         last = guess >= most[left]
@@ -141,14 +145,7 @@ def _blends(path, corner, lengths, reach):
     before = np.array(path.on(corner - 1, leaves)[:3])
     after = np.array(path.on(corner, reach)[:3])
     ends = tuple(before @ (1, 1j)), tuple(after @ (1, 1j))
-    u = (1 + NODES) / 2
-    powers = u[:, None] ** np.arange(5) * np.arange(1, 6)
-    length = 2 * reach
-    for _ in range(8):  # to the length that the curve has with it
-        coefficients = quintic(ends, length)
-        speed = np.abs(powers @ coefficients[1:])
-        length = speed.T @ WEIGHTS / 2
-    return quintic(ends, length).T, length
+    return quintic_as_long(ends, 2 * reach)
 
 
 def _off(path, corner, lengths, reach):

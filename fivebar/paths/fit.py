@@ -14,7 +14,7 @@ from numpy.polynomial.polynomial import polyder, polymul, polyroots
 from ..base.backend import HUGE, pairs
 from .pieces import Polynomial
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 SEEN = np.linspace(0, 1, 13)[1:-1]  # where a quintic is compared with its curve
 HALVINGS = 40
 STEADY = 0.1  # by which |xi_s| may be off 1
@@ -106,6 +106,17 @@ def quintic(ends: tuple, length: np.ndarray) -> np.ndarray:
             6 * rise - 3 * first + last / 2,
         ]
     )
+
+
+def quintic_as_long(ends: tuple, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the quintics (n, 6) with these ends that are as long as their curves, and that
+    length (n,), m; `length` is a first guess.
+    """
+    powers = ((1 + NODES) / 2)[:, None] ** np.arange(5) * np.arange(1, 6)
+    for _ in range(8):
+        speed = np.abs(powers @ quintic(ends, length)[1:])
+        length = speed.T @ WEIGHTS / 2
+    return quintic(ends, length).T, length
 
 
 def _quintics(curve, rows, start, end):

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ...base.errors import SingularityError
+from ...base.progress import progress
 from ...models.dynamics import inverse_dynamics
 from ...models.geometry import igm
 from ...models.kinematics import Accelerations, ikm, ikm2
@@ -43,7 +44,7 @@ ROUNDS = 8  # in which pieces are slowed down
 ALIKE = 0.05  # of w
 STEP = 2.0  # by which at most they are at once
 NEAR = 0.01  # of the pace, to which they are
-JUMP = 1e-6  # of the largest curvature, that is none
+JUMP = 1e-6  # of the largest curvature, or of one over the length, that is none
 
 
 def refuse_kinks(path) -> None:
@@ -58,7 +59,7 @@ def refuse_kinks(path) -> None:
     lengths = np.array([piece.length for piece in path.pieces])
     bends = path.on(before, lengths[:-1])[2], path.on(after, np.zeros(n - 1))[2]
     inner = path.on(np.arange(n), lengths / 2)[2]
-    largest = max(np.abs(each).max() for each in (*bends, inner))
+    largest = max(1 / path.length, *(np.abs(each).max() for each in (*bends, inner)))
     rests = np.isin(path.knots[1:-1], [stop.s for stop in path.stops])
     bad = (np.abs(bends[1] - bends[0]).max(axis=1) > JUMP * largest) & ~rests
     if bad.any():
@@ -149,7 +150,7 @@ def _slowed(motion, feeds, with_feeds, until):
     """Return motions that are slowed down more and more on the pieces where it is needed."""
     pace = max(1.0, _pace_along(motion))
     tried = []
-    for _ in range(ROUNDS):
+    for _ in progress(range(ROUNDS), desc="jerk", unit=" motions", delay=2, leave=False):
         tried.append(_paced(motion))
         samples = _sampled(motion)
         piece = motion.piece[samples.k]
@@ -186,7 +187,8 @@ def _best_width(motion, dips):
         return (moving + dips * averaged.smooth) * max(1.0, _pace_along(averaged))
 
     widths = np.linspace(np.log(least), np.log(longest), WIDTHS)
-    k = int(np.argmin([taken(w) for w in widths]))
+    bar = progress(widths, desc="jerk", unit=" averages", delay=2, leave=False)
+    k = int(np.argmin([taken(w) for w in bar]))
     ends = widths[max(k - 1, 0)], widths[min(k + 1, WIDTHS - 1)]
     found = minimize_scalar(taken, bounds=ends, method="bounded", options={"maxiter": STEPS})
     return float(np.exp(min((found.x, widths[k]), key=taken)))
