@@ -234,3 +234,88 @@ def test_how_far_quintics_are_off_their_curves(kind):
     assert known.sum() > 60
     exact = distance.min(axis=-1).max(axis=-1)
     np.testing.assert_allclose(off[known], exact[known], rtol=1e-3)
+
+
+def arc_rows(n, tremor=0.0):
+    angle = np.linspace(0, 6, n)
+    z = 0.1j + 0.03 * np.exp(1j * angle)
+    noise = np.random.default_rng(3).normal(size=(n, 2)) @ (1, 1j)
+    return z + tremor * noise
+
+
+def evenly(path, count):
+    return path(np.linspace(0, path.length, count))[0] @ (1, 1j)
+
+
+def near(points, line):
+    """As to_polyline, of a long polyline in parts that follow each other."""
+    parts = len(points) // 500 + 1
+    found = []
+    for part in np.array_split(np.arange(len(points)), parts):
+        middle = part.mean() / len(points) * len(line)
+        half = 0.6 * len(line) / parts + 50
+        own = line[max(int(middle - half), 0) : int(middle + half) + 1]
+        found.append(to_polyline(points[part], own).max())
+    return max(found)
+
+
+@pytest.mark.parametrize("n, tremor", [(100, 0), (600, 0), (600, 5e-6), (7561, 0)])
+def test_dense_rows_of_an_arc_are_timed_as_the_arc(n, tremor):
+    """With blends row by row it took 1.55 s of 100 rows, and 3.7 s of 1200."""
+    rows = arc_rows(n, tremor)
+    path = fb.path(rows.view(float).reshape(-1, 2), deviation=2e-5)
+    assert len(path.pieces) < 20 and len(path.stops) == 2
+    assert f"{n - 1} lines so short" in path.notes[-1]
+    curve = evenly(path, 3 * n)
+    assert near(curve, rows) <= 2e-5 and near(rows, curve) <= 2e-5
+    check_goes_on(path)
+    limits = fb.Constraints(speed=0.2, acceleration=3.0, jerk=200.0)
+    arc = fb.path(Arc((0, 0.1), 0.03, 0, 6))
+    least = fb.time_path(fb.FiveBar(), arc, constraints=limits).duration
+    assert fb.time_path(fb.FiveBar(), path, constraints=limits).duration < 1.005 * least
+
+
+def test_sharp_corners_among_dense_rows_stay_sharp():
+    half = 0.1j + 0.02 * np.exp(1j * np.linspace(0, np.pi, 300))
+    tip = half[-1] + 0.02 - 0.03j
+    ways = [half, np.linspace(half[-1], tip, 150)[1:], np.linspace(tip, half[0], 150)[1:]]
+    rows = np.concatenate(ways)
+    path = fb.path(rows.view(float).reshape(-1, 2), deviation=2e-5)
+    curve = evenly(path, 6000)
+    assert near(curve, rows) <= 2e-5 and near(rows, curve) <= 2e-5
+    assert len(path.stops) == 2 and len(path.pieces) < 12
+    for corner in (half[-1], tip):  # all that the deviation leaves is used
+        assert 1e-5 < np.abs(curve - corner).min() <= 2e-5
+
+
+def test_rows_that_follow_no_curve_are_blended_one_by_one():
+    rows = np.cumsum(np.random.default_rng(0).normal(size=(400, 2)), axis=0) * 1e-3
+    path = fb.path(rows, deviation=2e-5)
+    turned = len(path.stops) - 2
+    assert len(path.pieces) >= 2 * 399 - 1 - 2 * turned
+    assert not any("lines so short" in note for note in path.notes)
+
+
+def test_pen_speeds_dwells_and_lines_of_dense_rows_stay():
+    points = arc_rows(301)
+    lines = [
+        Line(*each)
+        for each in zip(*([(z.real, z.imag) for z in p] for p in (points[:-1], points[1:])))
+    ]
+    dwelt = math.fsum(line.length for line in lines[:200])
+    rough = Path(
+        tuple(lines),
+        feed=(0.1,) * 100 + (0.2,) * 200,
+        lines=tuple(range(2, 302)),
+        dwells={dwelt: 0.5},
+    )
+    path = blended(rough, 2e-5)
+    assert len(path.pieces) < 30
+    assert set(path.feed) == {0.1, 0.2} and [stop.seconds for stop in path.stops] == [0, 0.5, 0]
+    rest = path.stops[1].s
+    np.testing.assert_allclose(path(rest)[0] @ (1, 1j), points[200], atol=1e-12)
+    assert path.line_of(0.0) == 2 and path.line_of(rest) == 202
+    change = path.knots[np.flatnonzero(np.diff(path.feed))[0] + 1]
+    slow = np.angle((path(change)[0] @ (1, 1j) - 0.1j) / (points[100] - 0.1j))
+    assert 0 < slow < 0.8  # the lower speed holds on all of the blend between both
+    assert blended(rough, 0.0) is rough
