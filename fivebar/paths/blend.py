@@ -1,4 +1,6 @@
-"""Blend corners by quintics with the points, tangents and curvatures of both sides."""
+"""Blend corners by quintics with the points, tangents and curvatures of both sides; of short lines
+that follow a curve, fit the curve.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,7 @@ OF_LINES = 0.9  # of the deviation: within which curves take the place of short 
 
 
 def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
-    """Return the path with its corners blended within `deviation`, m.
+    """Return the path with its corners blended, and curves for short lines, within `deviation`, m.
 
     Corners where the path turns back, where the pen changes and where it dwells stay as they are.
     curvature: blend also where only the curvature jumps.
@@ -47,8 +49,8 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     is_corner[corner] = True
     room = lengths * np.where(is_corner[:-1] & is_corner[1:], 0.5, 0.95)
     most = np.minimum(room[corner - 1], room[corner])
-    left = 0.999 * (deviation - np.maximum(used[corner - 1], used[corner]))
-    reach = _reaches(path, corner, lengths, most, left)
+    unused = deviation - np.maximum(used[corner - 1], used[corner])
+    reach = _reaches(path, corner, lengths, most, 0.999 * unused)
     corner = corner[reach > 0]
     reach = reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach

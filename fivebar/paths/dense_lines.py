@@ -2,7 +2,8 @@
 
 Where each corner is blended by itself, the curvature rises and falls on every line, though the rows
 of a table follow a smooth curve. So one quintic spline is fitted to the rows of all lines between
-two corners, by least squares. Spans that are too far off are halved. Where this does not help, the
+two corners, by least squares. Where single rows of a span are too far off, as those of a hand that
+trembles, their weight rises; any other span that is too far off is halved. Where neither helps, the
 rows have a sharp corner, and the spline ends there.
 """
 
@@ -23,10 +24,10 @@ from .pieces import Line, Piece, Polynomial
 DEGREE = 5
 FEWEST = 4  # lines under a span of the spline; fewer tell nothing of it
 HELD = 1e3  # weight of the row at which a spline ends
-SHORTEST = 4  # times the distance allowed: the ways under a span, and beside a corner
-HEAVIER = 2.0  # times the weight of a row that is too far off,
-TRIES = 10  # so often,
-RARE = 0.05  # where fewer than this share of a span's rows are
+SHORTEST = 4  # times the distance allowed: the way under a span, and beside a corner
+HEAVIER = 2.0  # by which the weight of a row that is too far off rises
+TRIES = 10  # of that on one span
+RARE = 0.05  # share of a span's lines: where fewer are too far off, weights rise
 FEET = 4  # steps of Newton to the foot of a row
 BETWEEN = np.array([[0.25], [0.5], [0.75]])  # where the curve is compared with each line
 

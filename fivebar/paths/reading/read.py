@@ -56,7 +56,8 @@ def path(
         Arc, Polynomial); or a file: SVG, G-code, or CSV with columns x, y and perhaps pen.
     deviation : float
         Distance, m, within which corners are rounded by quintics of continuous curvature, and
-        curves kept. 0: a motion rests at each corner, and curves are kept within 1 nm.
+        curves kept. Of lines so short that they follow a curve, as dense rows do, a few quintics
+        take the place. 0: a motion rests at each corner, and curves are kept within 1 nm.
     curvature : bool
         Round also where the curvature jumps, as between a line and an arc: for a limit on jerk.
     placement : Placement, optional
