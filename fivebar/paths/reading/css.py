@@ -8,7 +8,7 @@ import re
 COMMENT = re.compile(r"/\*.*?(\*/|\Z)", re.DOTALL)
 KNOWN = re.compile(r"[-\w.#*>,]*")
 NAME = re.compile(r"[.#]?[-\w]+|[*>]")
-MOST = 20_000_000  # rules looked at, over all elements: a minute or less
+MOST = 20_000_000  # rules looked at, over all elements
 
 
 def read_sheet(text, rules):
