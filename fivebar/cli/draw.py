@@ -225,20 +225,20 @@ def _say_leaps(machine, motion, run, off, size):
     needed = float(np.abs(motion.torques(run.t)).max())
     efforts = np.abs(run.tau).max(axis=1)
     error, effort = float(off.max()), float(efforts.max())
-    leaps = []
-    if error > min(LARGE_ERROR * size, max(LEAP * usual, LARGE_ERROR / LEAP * size)):
-        ratio = f"{error / usual:.3g} times its median"
-        leaps.append((f"error is up to {length(error)}", off, ratio))
-    if effort > TWICE * needed:
-        ratio = f"{effort / needed:.3g} times what the motion needs"
-        leaps.append((f"{words.effort} is up to {effort:.3g} {words.effort_unit}", efforts, ratio))
-    for what, values, ratio in leaps:
+
+    def say(what, values, ratio):
         place = _place(machine, run.drawn_ref[values.argmax()])
         print_message(
             f"fivebar: the simulated {what}, at {place}, {ratio}: the robot is near a singularity"
             " there or too fast for its tracker: give a larger --margin or --reserve, another"
             " place, a longer --duration or a shorter --period"
         )
+
+    if error > min(LARGE_ERROR * size, max(LEAP * usual, LARGE_ERROR / LEAP * size)):
+        say(f"error is up to {length(error)}", off, f"{error / usual:.3g} times its median")
+    if effort > TWICE * needed:
+        ratio = f"{effort / needed:.3g} times what the motion needs"
+        say(f"{words.effort} is up to {effort:.3g} {words.effort_unit}", efforts, ratio)
 
 
 def _read(arguments, machine):
@@ -343,12 +343,11 @@ def _checked(arguments, machine, path, working):
         planes = machine.constraints.half_planes, machine.measured_constraints.half_planes
         own, measured = ([plane_words(*plane) for plane in some] for some in planes)
         what = dict(zip(own, measured)).get(each.what, each.what)
-        is_of_joint = machine.tool is not None and each.what in (*own, "region")
         unit = {"j": " rad", "|": ""}.get(what[0], " m")  # of joint limits, and of margins
         raise ValueError(
             f"{amiss}: {arguments.robot} has the constraint"
-            f" {what}{' of joint C' * is_of_joint}, which is violated by"
-            f" {each.by:.4g}{unit} at {_place(machine, path.drawn(each.worst)[0])}"
+            f" {what}, which is violated by {each.by:.4g}{unit} at"
+            f" {_place(machine, path.drawn(each.worst)[0])}"
         )
     return check
 

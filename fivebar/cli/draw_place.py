@@ -29,7 +29,11 @@ PLACE = {
 CHOOSE = {  # option: what it does, and the options that would do it otherwise
     "fit": ("chooses scale and place", ("scale", "at")),
     "page": ("finds a place for the sheet", ("at",)),
-    "as_drawn": ("keeps a drawing where it is", ("at", "turn_deg", "scale", "fit", "page")),
+    "at": ("chooses the place, for which --margin looks", ("margin",)),
+    "as_drawn": (
+        "keeps a drawing where it is",
+        ("at", "turn_deg", "scale", "fit", "page", "margin"),
+    ),
 }
 
 
@@ -49,6 +53,9 @@ def placed(arguments, machine, path):
     turn = np.deg2rad(arguments.turn_deg)
     scale = arguments.scale or 1.0
     if arguments.at is not None or arguments.as_drawn:
+        if machine.constraints.clearance:
+            words = "draw leaves out clearance: it is for finding a place"
+            print_notes(arguments.robot, [words])
         placed = path
         if arguments.at is not None:
             first = Placement((0.0, 0.0), turn, scale)(path)

@@ -171,7 +171,8 @@ class Machine:
         return self.frame != Placement()
 
     def used_by(self, user: str) -> tuple[Machine, str]:
-        """Return the machine without what a command or function leaves out, and so in words.
+        """Return the machine without what a command or function leaves out, and in words: this,
+        and what bounds joint C where a tool leads.
 
         Raises
         ------
@@ -186,6 +187,10 @@ class Machine:
             "measured": bool(self.measured),
         }
         rows, note = left_out(user, [*filter(said.get, said), *self.constraints.named])
+        of_joint = {"half_planes", "region"}.intersection(self.constraints.named).difference(rows)
+        if said["tool"] and "tool" not in rows and of_joint:
+            words = f"{user}: {', '.join(sorted(of_joint))} bound joint C, not the tool"
+            note = f"{note}; {words}" if note else words
         names = [*rows, "offset", "ratio"] if "readings" in rows else rows
         return replace(freed(self, names), constraints=freed(self.constraints, rows)), note
 

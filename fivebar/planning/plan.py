@@ -33,6 +33,7 @@ from .problem import (
     point_of,
     refuse_broken,
     refuse_massless,
+    refuse_pose,
     refuse_stops,
     working_modes,
 )
@@ -200,6 +201,9 @@ def plan(
             'plan: with a duration all motions take as long: leave it out, or weigh "effort" too'
         )
     if free:
+        for name, pose in (("start", start), ("goal", goal)):
+            if isinstance(pose, Pose):
+                refuse_pose(constraints, name, pose)
         ways = ways_between(robot, start, goal, duration, via)
         if not ways:
             raise PlanError(

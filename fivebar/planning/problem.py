@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -277,6 +278,16 @@ def point_of(point: object) -> object:
     return tuple(point.xi.tolist()) if isinstance(point, Pose) else point
 
 
+def refuse_pose(constraints: Constraints, name: str, pose: Pose) -> None:
+    """Raise PlanError where the pose of a stop does not keep a constraint."""
+    for what, clearance in constraints.clearances(pose).items():
+        if clearance < -1e-12:
+            raise PlanError(
+                f"plan: infeasible: {name} itself does not keep {what}: by {-clearance:.3g}",
+                {what: float(-clearance)},
+            )
+
+
 def refuse_stops(problem: Problem) -> None:
     """Raise where a stop is out of reach or breaks a limit by itself."""
     for name, (conditions, _) in zip(stop_names(len(problem.stops)), problem.stops):
@@ -285,12 +296,7 @@ def refuse_stops(problem: Problem) -> None:
         except (UnreachableError, SingularityError) as error:
             error.args = (f"plan: {name}: {error}",)
             raise
-        for what, clearance in problem.constraints.clearances(pose).items():
-            if clearance < -1e-12:
-                raise PlanError(
-                    f"plan: infeasible: {name} itself does not keep {what}: by {-clearance:.3g}",
-                    {what: float(-clearance)},
-                )
+        refuse_pose(problem.constraints, name, pose)
         _refuse_other_side(problem, name, float(pose.det_A))
         q_dot = ikm(pose, conditions.get(1, (0.0, 0.0))).q_dot
         xi_ddot = np.array(conditions.get(2, (0.0, 0.0)))
@@ -348,6 +354,8 @@ def timed(start: object, goal: object, duration: float | None, via: Iterable) ->
     """Return [(name, time or None, point), ...] of all stops, in the order of their times."""
     try:
         via = [(t, point) for t, point in via]
+        if any(isinstance(point, Real) for _, point in via):
+            raise ValueError
     except (TypeError, ValueError):
         raise ValueError(
             f"plan: via must be [(time or None, point), ...], not {shown(via)}"

@@ -293,6 +293,8 @@ def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
         ),
         (STROKES, ["--at", "0.05", "0.0", "--fit"], 2, "--fit chooses scale and place"),
         (STROKES, ["--page", "0.1", "0.1", "--at", "0", "0"], 2, "--page finds a place"),
+        (STROKES, ["--at", "0", "0.1", "--margin", "0.01"], 2, "for which --margin looks"),
+        (STROKES, ["--as-drawn", "--margin", "0.01"], 2, "--as-drawn keeps a drawing where it is"),
         (STROKES, ["--page", "0.02", "0.02"], 2, "not all on the page of 20 x 20 mm"),
         pytest.param(
             STROKES, ["--page", "0.3", "0.2"], 1, "300 x 200 mm is larger", marks=pytest.mark.deep

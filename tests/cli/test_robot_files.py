@@ -111,6 +111,15 @@ def test_files_in_the_robots_own_frame_are_named(robot_file, tmp_path, capsys):
         np.testing.assert_allclose(run.xi[0], machine.frame.inverse((x, y)), atol=1e-9)
 
 
+def test_what_bounds_the_joint_and_not_the_tool_is_said():
+    kept = fb.Constraints(half_planes=((0.0, 1.0, 0.05),), clearance=0.01)
+    tool = fb.Tool(1, along=0.02)
+    note = "draw: half_planes bound joint C, not the tool"
+    assert fb.Machine(fb.FiveBar(), constraints=kept, tool=tool).used_by("draw")[1] == note
+    assert fb.Machine(fb.FiveBar(), constraints=kept).used_by("draw")[1] == ""
+    assert "bound" not in fb.Machine(fb.FiveBar(), tool=tool).used_by("draw")[1]
+
+
 def test_what_changes_no_answer_is_not_said():
     machine = fb.Machine(fb.FiveBar(), offset=(0.1, 0.0), measured=((-1, -1, -1),))
     for user in ("map", "map --load", "certify", "fb.check_path", "fb.place"):

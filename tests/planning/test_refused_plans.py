@@ -116,6 +116,7 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(via=[(3.0, TASK_1)]), "duration must be finite and > 3"),
         (dict(via=[(1.0, HOME), (0.5, TASK_1)]), r"the time of via\[1\] must be finite and > 1"),
         (dict(via=[(1.0,)]), r"via must be \[\(time or None"),
+        (dict(via=[TASK_1]), r"via must be \[\(time or None, point\), ...\], not \[\(0"),
         (dict(objective=3), "objective must be of"),
         (dict(goal="ab"), "goal, order 0, must be two finite numbers"),
         (dict(robot=fb.ROBOTS["liu-2006-a"].robot), "no inertia"),
@@ -162,3 +163,13 @@ def test_modes_that_no_way_joins_are_refused():
     ends = fb.igm(robot, (0.0, 0.2)), fb.igm(robot, (0.05, 0.35), (1, 1))
     with pytest.raises(PlanError, match="give a Pose between them as via"):
         fb.plan(robot, *ends, 1.0)
+
+
+def test_a_pose_that_breaks_a_constraint_is_named_at_once():
+    pose, other = fb.igm(ROBOT, HOME, (-1, -1)), fb.igm(ROBOT, TASK_1, (1, -1))
+    below = fb.Constraints(half_planes=((0.0, -1.0, -0.09),))  # y <= 0.09
+    words = r"goal itself does not keep .*: by 0\.01$"
+    with pytest.raises(PlanError, match=words):
+        plan(ROBOT, pose, other, 1.0, constraints=below)
+    with pytest.raises(PlanError, match=words.replace("goal", "start")):
+        plan(ROBOT, other, pose, 1.0, constraints=below)
