@@ -83,8 +83,8 @@ def curves_of_lines(path: Path, within: float) -> tuple[Path, np.ndarray]:
             knot[:-1][again] = cut[:-1][again]  # those ends have spans that are too short
             weight[:-1][again] = 1.0
     note = (
-        f"short lines that follow a curve: {sum(counts)}, replaced by quintics: {sum(long)}, at most"
-        f" {largest.max():.2g} m off"
+        f"short lines that follow a curve: {sum(counts)}, replaced by quintics: {sum(long)}, at"
+        f" most {largest.max():.2g} m off"
     )
     path = replace(path, notes=(*path.notes, note))
     return _with_quintics(path, first, last, long, zip(coefficients, length, largest))

@@ -31,6 +31,7 @@ FIDELITY = 1e-3  # largest relative error of a sine's derivatives at the cut-off
 MOST = 500  # rows on either side
 HIGHEST = 1 / 12  # of the sampling rate: the highest cut-off
 CLEAR = 20.0  # times the noise's median: none of 1e6 bins of one period, again and again, is there
+ROUNDING = 0.06  # of its variance: most of it is at higher frequencies than those of the motion
 RISE = 10.0  # of a spectrum from octave to octave: below, it is noise
 
 
@@ -76,9 +77,9 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
         edge /= 2
     clear = (position > CLEAR * floor) & (f < 0.3 * rate)[:, None]
     clear[1:-1] &= clear[:-2] | clear[2:]  # one alone may be chance
-    # From where what is clear is not larger than the rounding to counts, it may be rounding.
+    # From where what is clear is not larger than what rounding to counts has there, it may be that.
     swing = np.cumsum((position * clear)[::-1], axis=0)[::-1] * f[0]
-    clear &= swing > _count(pieces) ** 2 / 12
+    clear &= swing > ROUNDING * _count(pieces) ** 2 / 12
     highest = np.max(f[:, None] * clear)
     signal = np.where(clear, power, 0.0)
     total = np.maximum(signal.sum(axis=0), np.finfo(float).tiny)
