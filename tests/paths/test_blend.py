@@ -265,7 +265,7 @@ def test_dense_rows_of_an_arc_are_timed_as_the_arc(n, tremor):
     rows = arc_rows(n, tremor)
     path = fb.path(rows.view(float).reshape(-1, 2), deviation=2e-5)
     assert len(path.pieces) < 20 and len(path.stops) == 2
-    assert f"{n - 1} lines so short" in path.notes[-1]
+    assert f"follow a curve: {n - 1}" in path.notes[-1]
     curve = evenly(path, 3 * n)
     assert near(curve, rows) <= 2e-5 and near(rows, curve) <= 2e-5
     check_goes_on(path)
