@@ -140,8 +140,8 @@ def _map(arguments):
         result |= _largest(machine, regions, margin)
     if arguments.fits is not None:
         places, name = (parts, "aspect") if regions is None else (regions, "region")
-        shown = style.get("modes", data.modes)
-        places = [part for part in places if part.working in shown]
+        if arguments.working:
+            places = [part for part in places if part.working in style["modes"]]
         result["board"] = _board(machine, places, margin, arguments.fits) | {"in": name}
     if arguments.json:
         print_json({"frame": arguments.frame} | result)

@@ -511,6 +511,16 @@ def fake_parts(monkeypatch):
     return found
 
 
+@pytest.mark.parametrize(
+    "words, working", [("--space joint", None), ("", None), ("--working 1 -1", (1, -1))]
+)
+def test_a_board_is_looked_for_in_the_modes_asked_for(ran, pictured, monkeypatch, words, working):
+    asked = fake_parts(monkeypatch)
+    assert "a board of" in ran(f"map --nodes 3 --fits 0.15 0.05 --out map.png {words}").out
+    numbers = [part.number for part in fb.aspects(ROBOT) if working in (None, part.working)]
+    assert [number for number, _ in asked] == numbers
+
+
 def test_a_maps_table_names_what_fits(ran, here, pictured, monkeypatch):
     asked = fake_parts(monkeypatch)
     fb.Machine(ROBOT, frame=fb.Placement((0.0, 0.0), np.pi / 6)).save(here / "robot.toml")
