@@ -73,6 +73,8 @@ LINES = {
     "track": f"track {LINE} --duration 0.1 --working 1 -1 --json",
     "plan": f"plan {LINE} --working 1 -1 --json --out plan",
     "draw": "draw line.csv --rate 50 --period 0.05 --json --out draw",
+    "draw --at": "draw line.csv --rate 50 --period 0.05 --json --out draw --at 0.025 0.14",
+    "draw --as-drawn": "draw placed.csv --rate 50 --period 0.05 --json --out draw --as-drawn",
     "map": "map --nodes 5 --fits 0.03 0.02 --json",
     "map --space joint": "map --space joint --nodes 5 --out joint.svg",
     "map --load": "map --load 0 -3 --nodes 5 --json",
@@ -112,6 +114,7 @@ def folder():
     place = Path(mkdtemp())
     robot = fb.FiveBar(0.09, 0.12, 0.09, 0.12, 0.08, 0.002, 0.002, 0.3)
     place.joinpath("line.csv").write_text("x,y\n0.0,0.0\n0.01,0.0\n", "utf-8")
+    place.joinpath("placed.csv").write_text("x,y\n0.02,0.14\n0.03,0.14\n", "utf-8")
     rows = [f"{k / 10},{0.02 + 1e-3 * k * k},{0.14 - 1e-3 * k}" for k in range(8)]
     place.joinpath("motion.csv").write_text("\n".join(["t,x,y", *rows]), "utf-8")
     poses = fb.measurement_poses(robot, 8)
@@ -145,7 +148,7 @@ def answer(user, row=None):
 
 
 # Masses have a weight under gravity alone: there `test_feasible` finds it.
-SLOW = ("draw", "map", "map --load", "design")
+SLOW = ("draw", "draw --at", "draw --as-drawn", "map", "map --load", "design")
 PAIRS = [
     pytest.param(user, row, marks=[pytest.mark.deep] if user in SLOW else [])
     for user in LINES

@@ -115,7 +115,8 @@ def _draw(arguments):
     from ..paths.placing.fitting_in import bounds
 
     dialect = dialect_of(arguments)
-    machine = machine_of_axes(arguments, chosen_machine(arguments), dialect)
+    user = "draw --at" if arguments.at else "draw --as-drawn" if arguments.as_drawn else "draw"
+    machine = machine_of_axes(arguments, chosen_machine(arguments, user), dialect)
     if dialect is not None:
         dialect.scale(machine)  # a unit that these axes cannot have is refused before the work
     counts = arguments.counts_per_turn

@@ -53,9 +53,6 @@ def placed(arguments, machine, path):
     turn = np.deg2rad(arguments.turn_deg)
     scale = arguments.scale or 1.0
     if arguments.at is not None or arguments.as_drawn:
-        if machine.constraints.clearance:
-            words = "draw leaves out clearance: it is for finding a place"
-            print_notes(arguments.robot, [words])
         placed = path
         if arguments.at is not None:
             first = Placement((0.0, 0.0), turn, scale)(path)
