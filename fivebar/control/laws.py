@@ -249,7 +249,7 @@ class FeedForward(_JointController):
         return tau + error * self.kp + (q_ref_dot - q_dot) * self.kd
 
 
-def unstable_gains(controller: Any, pose: Pose, period: float, delay: int) -> str:
+def why_unstable(controller: Any, pose: Pose, period: float, delay: int) -> str:
     """Return a sentence where a controller is unstable under sampling and delay, else "": gains at
     this pose, or a tracker that counts on another delay.
 

@@ -14,7 +14,7 @@ from ..base.checks import a_callable, bounded, instance, optional, positive
 from ..base.errors import SingularityError, UnreachableError, warn
 from ..base.progress import progress
 from ..base.robot_uses import takes_robot
-from ..control.laws import motion_at, unstable_gains
+from ..control.laws import motion_at, why_unstable
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
@@ -133,7 +133,7 @@ def simulate(
 
     def unstable() -> str:
         period = grid.block * grid.step
-        return unstable_gains(controller, start.pose, period, measurement.delay)
+        return why_unstable(controller, start.pose, period, measurement.delay)
 
     def run(tolerance: float) -> Run:
         plant: Plant | FixedPlant

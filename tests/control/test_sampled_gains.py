@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.control.laws import unstable_gains
+from fivebar.control.laws import why_unstable
 
 PERIOD = 0.01
 
@@ -53,7 +53,7 @@ def test_the_limit_of_pd_is_that_of_the_simulated_robot(seed, delay):
         low, high = p / 2, 2.0
     for q, stable in ((high - 0.04, True), (high + 0.04, False), (low - 0.04, False)):
         control = fb.PD(robot, p * lightest / PERIOD**2, q * lightest / PERIOD)
-        words = unstable_gains(control, pose, PERIOD, delay)
+        words = why_unstable(control, pose, PERIOD, delay)
         assert (words == "") == stable
         assert grows(robot, pose, control, delay, directions[:, 0]) == (not stable), (q, words)
 
@@ -84,8 +84,8 @@ def test_stable_gains_and_other_laws_are_not_blamed():
     robot = fb.FiveBar()
     pose = fb.igm(robot, (0.0, 0.1))
     for control in (fb.PD(robot, 40, 0.6), fb.ComputedTorque(robot, 100, 20), lambda *_: (0, 0)):
-        assert unstable_gains(control, pose, PERIOD, 0) == ""
+        assert why_unstable(control, pose, PERIOD, 0) == ""
     biglide = fb.Biglide()
-    assert "p / 2 < q < 2" in unstable_gains(
+    assert "p / 2 < q < 2" in why_unstable(
         fb.PD(biglide, [1e5, 1], [10, 1]), fb.dgm(biglide, (0, 0)), PERIOD, 0
     )
