@@ -35,10 +35,7 @@ OPTIONS = TABLE | {
     "--prior NAME=SD ...": "what is known of an unknown beforehand, as l11=0.3mm offset1=1deg",
     "--loss linear|soft_l1|huber|cauchy|arctan": ("linear", ""),
     "--units UNIT ...": "without one in the heading: deg, x=mm",
-    "--mistakes raise|mend|keep": (
-        "raise",
-        "in the data: refuse them, put them right, or do not look for them",
-    ),
+    "--mistakes raise|keep": ("raise", "refuse data that fit no such robot, or take them"),
     "--from-drawing A4|A5": "write a test drawing, and a table for a ruler to fill in, instead",
     "--photo PICTURE": "of the drawn sheet, whole, on a darker ground: with --from-drawing",
     "--sides MM MM": "of that sheet, by a ruler, the longer one first: scale of the photograph",

@@ -13,8 +13,7 @@ from fivebar.estimation.calibration.fit import LeastSquares
 from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE, sizes, values_of
 from fivebar.estimation.calibration.poses import candidates
 from fivebar.estimation.calibration.rows import rows_of
-from fivebar.estimation.calibration.starts import radians_per_count
-from fivebar.estimation.identification import suspicions
+from fivebar.estimation.calibration.starts import _counted
 from fivebar.estimation.identification.dependent_columns import independent
 from fivebar.estimation.identification.filtering import spikes
 from fivebar.estimation.logs.derivatives import derivatives, half_window, spectrum
@@ -40,7 +39,7 @@ def test_mistakes_are_looked_for_in_four_points(n):
         ):
             fb.calibrate(LAB, data, ("x0", "y0", "turn", "scale"))
     else:
-        with pytest.raises(ValueError, match=r"column x in mm\?"):
+        with pytest.raises(ValueError, match="x, y move by .* for each rad"):
             fb.calibrate(LAB, data, ("l11",))
 
 
@@ -140,16 +139,15 @@ def test_counts_are_told_of_each_motor_by_itself():
     """A motor that turns through 8 rad or more reads counts; the other one is left as it is."""
     q = np.stack([np.linspace(0.0, 4000.0, 9), np.linspace(-1.0, 2.0, 9)], axis=1)
 
-    def told(names, free):
-        return radians_per_count(SimpleNamespace(rows=SimpleNamespace(q=q), names=names), free)
+    def told(*names):
+        task = SimpleNamespace(rows=SimpleNamespace(q=q), names=names, start=values_of(LAB))
+        return _counted(task)
 
-    ratios = told((), False)
-    assert len(ratios) == 29 and ratios[4096] == pytest.approx((2 * np.pi / 4096, 1.0))
-    assert told((), True) == {} and told(("ratio1",), False) == {}
-    assert told(("ratio1", "ratio2"), True)[400] == pytest.approx((2 * np.pi / 400, 1.0))
-    assert told(("ratio2",), True) == {}
+    assert told() == [] and told("ratio2") == []
+    ratios = [p[7:9] for p in told("ratio1", "ratio2")]
+    assert len(ratios) == 29 and ratios[0] == pytest.approx((2 * np.pi / 400, 1.0))
     q[:, 0] = np.linspace(-3.9, 4.0, 9)
-    assert told((), False) == {}
+    assert told("ratio1") == []
 
 
 def test_as_many_poses_as_unknowns_need():
@@ -265,31 +263,3 @@ def test_lengths_that_would_fall_below_0_are_bounded_within_what_was_given():
     }
     bare = _with_possible_lengths(replace(task, bounds=None)).bounds
     assert bare == dict.fromkeys(("l11", "l12", "scale"), (1e-6, np.inf)) | {"d": (0.0, np.inf)}
-
-
-@pytest.mark.parametrize("misfit, share", [(0.5, 0.4 / 1.5), (0.04, 1.6 / 1.5)])
-def test_a_suspicion_is_named_where_the_model_then_fits_much_better(monkeypatch, misfit, share):
-    """A misfit above 5 % must fall to a quarter; with masses below 0, it must not grow by a tenth."""
-    robot = fb.FiveBar()
-    log = SimpleNamespace(t=np.arange(5.0))
-    monkeypatch.setattr(suspicions, "_lateness", lambda *_: ("", -1, robot, log))
-    rows = SimpleNamespace(W=np.ones((9, 2, 1)), tau=np.ones((9, 2)), counts=np.ones((9, 2), bool))
-
-    def tried(missed):
-        one = [("", -1, robot, log), ("the thing is wrong", 1, robot, log)]
-        monkeypatch.setattr(suspicions, "_suspicions", lambda *_: iter(one))
-        monkeypatch.setattr(suspicions, "samples", lambda *_: SimpleNamespace(rows=rows))
-        monkeypatch.setattr(suspicions, "fit", lambda *_: SimpleNamespace(misfit=missed))
-        logs = [(log, False)]
-        suspicions.explain(
-            robot, logs, -1, None, [0], np.zeros(1), misfit, lambda *_: ["m"] if below else []
-        )
-
-    below = False
-    tried(1.05 * share * misfit)
-    words = f"misses {100 * misfit:.3g} % of this log's torques"
-    words += "; it" if misfit > 0.05 else ", but with masses or friction below 0; it"
-    with pytest.raises(ValueError, match=f"{words} misses .* % if the sign of tau2 is the other"):
-        tried(0.95 * share * misfit)
-    below = True  # what comes out then is no robot either
-    tried(0.5 * share * misfit)

@@ -1,4 +1,4 @@
-"""Parts of an identification by themselves: noise of a row, delays, suspicions, exciting series."""
+"""Parts of an identification by themselves: noise of a row, delays, exciting series."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -12,7 +12,6 @@ from fivebar.estimation.identification.dependent_columns import any_motion
 from fivebar.estimation.identification.exciting import _best, _Search
 from fivebar.estimation.identification.filtering import RegressionRows, filtered
 from fivebar.estimation.identification.identify import (
-    _impossible,
     _joined,
     _refuse_few,
     _shown,
@@ -21,18 +20,12 @@ from fivebar.estimation.identification.identify import (
     _why_left_out,
     _working,
 )
+from fivebar.estimation.identification.misfit import _noise, beyond_the_model, lateness
 from fivebar.estimation.identification.regression import RegressionFit, fit
 from fivebar.estimation.identification.regressor import linear_names, regressor
 from fivebar.estimation.identification.samples import Samples
-from fivebar.estimation.identification.suspicions import (
-    _noise,
-    _suspicions,
-    beyond_the_model,
-    lateness,
-)
 from fivebar.estimation.logs import replays
 from fivebar.estimation.logs.derivatives import derivatives
-from fivebar.estimation.logs.logs import Log
 from fivebar.estimation.logs.replays import _by_torques, _reference_through, _stretches
 
 ROBOT = fb.FiveBar()
@@ -92,15 +85,26 @@ def test_what_the_model_misses_is_compared_with_the_noise_of_the_log():
     sample, theta = sample_of(np.random.default_rng(3), noise=1e-4, wrong=5e-3)
     notes, last = told(sample, theta)
     times = last.sigma / _noise(sample, theta)
-    words = f"what the model misses is {times[0]:.3g} and {times[1]:.3g} times the noise"
-    assert times.min() > 3 and any(words in each for each in notes)
+    words = f"{100 * last.misfit:.3g} % of the torques, {times[0]:.3g} and {times[1]:.3g} times the"
+    assert times.min() > 3 and any(f"{words} noise of this log. Has" in each for each in notes)
     far, theta = sample_of(np.random.default_rng(3), wrong=0.5)
-    notes, last = told(far, theta)
-    assert last.misfit > 0.3
-    assert notes == [
-        f"the model misses {100 * last.misfit:.3g} % of the torques, and nothing that was tried"
-        " explains it"
-    ]
+    with pytest.raises(
+        ValueError, match="misses [3-9].* % of the torques, .* of this log. Has q or"
+    ):
+        told(far, theta)
+
+
+def test_an_inertia_surely_below_0_is_refused_and_friction_is_not():
+    sample, theta = sample_of(np.random.default_rng(6), noise=1e-4)
+    last = fit(sample.rows, MASSES)
+    delay = lateness(sample, MASSES, theta[MASSES], 0 * theta)
+    below = replace(
+        last, theta=last.theta - 4.1 * np.sqrt(np.diag(last.cov)) - [last.theta[0], 0, 0]
+    )
+    with pytest.raises(ValueError, match="with an inertia below 0. Has q or tau of a motor the"):
+        beyond_the_model(ROBOT, sample, MASSES, theta, below, delay)
+    columns = [NAMES.index(name) for name in ("fv1", "fs1", "m")]
+    assert beyond_the_model(ROBOT, sample, columns, theta, below, delay) == []
 
 
 @pytest.mark.parametrize("noise, q_noise", [(3e-3, 1e-9), (0.0, 2e-6), (1e-3, 1e-6)])
@@ -122,38 +126,6 @@ def test_the_noise_of_a_row_is_of_torques_and_encoders(noise, q_noise):
     by_q = np.array([1.0, 2.0]) * q_noise * gain
     expected = np.hypot(noise * sample.rows.gain, np.sqrt((M**2).mean(axis=0) @ by_q**2))
     assert _noise(sample, theta) == pytest.approx(expected, rel=0.12)
-
-
-def test_suspicions_change_one_thing_each():
-    pairs = np.arange(6.0).reshape(3, 2)
-    log = Log(np.arange(3.0), pairs, 10 + pairs, None, None, None, 1.0, (), ())
-    robot = replace(ROBOT, gravity=(0.0, -9.81))
-    found = list(_suspicions(robot, -1, log))
-    words = [each[0] for each in found]
-    assert words == [
-        "",
-        "the torques of the two motors are exchanged",
-        "the assembly mode is +1",
-        f"{' and '.join(ROBOT.words.joints)} are exchanged",
-        "the sign of q11 is the other one",
-        "the sign of q21 is the other one",
-        "the sign of q11 and q21 is the other one",
-        "gravity is (0, 9.81) m/s²",
-        "gravity is (9.81, 0) m/s²",
-        "gravity is (-9.81, 0) m/s²",
-        "gravity is (0, 0) m/s²",
-    ]
-    assert [mode for _, mode, *_ in found] == [-1, -1, 1, *[-1] * (len(found) - 3)]
-    assert [other.gravity for *_, other, _ in found[7:]] == [
-        (0.0, 9.81),
-        (9.81, 0.0),
-        (-9.81, 0.0),
-        (0.0, 0.0),
-    ]
-    assert np.array_equal(found[1][3].tau, log.tau[:, ::-1]) and found[1][3].q is log.q
-    assert np.array_equal(found[3][3].q, log.q[:, ::-1]) and found[3][3].q_dot is None
-    assert found[2][3] is log and found[0][3] is log
-    assert len(list(_suspicions(ROBOT, 1, log))) == 11
 
 
 def rows_of(W, tau, counts, cover=None, breaks=(0,)):
@@ -223,17 +195,6 @@ def fit_of(theta, sd):
         0.0,
         np.zeros(len(theta)),
     )
-
-
-def test_masses_and_friction_surely_below_0_are_impossible():
-    names = ["zz1", "m", "fv1", "fs2", "my11"]
-    found = fit_of([-1.0, -0.5, -1.0, 0.5, -9.0], [0.01, 0.4, 0.01, 0.01, 0.01])
-    assert _impossible(ROBOT, names, found) == ["zz1", "fv1"]
-    found = fit_of([-1.0, -0.5, 1.0, 0.5, -9.0], [0.01, 0.01, 0.01, 0.01, 0.01])
-    assert _impossible(ROBOT, names, found) == ["zz1", "m"]
-    heavy = ["zz1", "zz2", "m", "fv1", "fs2", ROBOT.turning_names[0]]
-    found = fit_of([1.0, 1.0, -0.5, 1.0, 0.5, 1.0], [0.01] * 6)
-    assert _impossible(ROBOT, heavy, found) == []
 
 
 def test_why_a_parameter_was_left_out():

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import fivebar as fb
-from fivebar.estimation.logs.logs import Gauges, evenly, other_readings, read_log, wanted
+from fivebar.estimation.logs.logs import Gauges, evenly, read_log, wanted
 from fivebar.estimation.logs.measured_runs import rates_of
 
 ROBOT = fb.FiveBar()
@@ -312,11 +312,6 @@ def test_torques_of_few_rows_are_put_on_a_grid_near_these():
     )
     nothing = evenly(t, {"tau": np.full_like(tau, np.nan)}, 0.01)[1]["tau"]
     assert np.isnan(nothing).all()
-
-
-def test_readings_that_close_the_loop_are_asked_for():
-    signs = " is q1 with the wrong sign, or is q2 with the wrong sign? Then all rows close"
-    assert other_readings(ROBOT, np.array([(-1.5, 1.65)]), -1) == signs
 
 
 def test_rows_off_an_even_grid_are_moved_onto_it():

@@ -771,8 +771,7 @@ CASES = {
         ),
         10.0,
         words=(
-            "a mistake in data",
-            "mistakes in data",
+            "x, y move by",
             "no mode is noted",
             "does not close",
             "the open file",
@@ -781,7 +780,7 @@ CASES = {
         options={
             "unknown": [("l13",), ("scale", "l11")],
             "loss": ["huber"],
-            "mistakes": ["mend", "keep"],
+            "mistakes": ["keep"],
             "start": [{"l11": -1.0}, {"d": 0.2}, {"x": 1.0}],
         },
     ),

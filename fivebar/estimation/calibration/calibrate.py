@@ -40,8 +40,7 @@ from .fit import (
     solve_by_loops,
     weighted_by_loops,
 )
-from .measured_robot import LENGTHS, PLACE, UNKNOWNS, length_ok, place, sizes, values_of
-from .mistakes import CHECKED, find_mistakes
+from .measured_robot import LENGTHS, PLACE, RATIOS, UNKNOWNS, length_ok, place, sizes, values_of
 from .report import LESS
 from .result import Calibration
 from .rows import rows_of
@@ -49,6 +48,14 @@ from .starts import begin, rows_far_off
 
 TURNED = "offset1", "offset2", "turn"
 FAR = 0.05  # of a bar: who measures misses by less
+CHECKED = 4  # rows with a point: in fewer no mistake shows
+UNUSUAL = 25.0  # times a bar: points do not move by so much more or less for each rad of the joints
+LEAST_TURN = 1e-3  # rad, of the joints, to tell by
+QUESTIONS = (
+    "Are q1, q2 in degrees, rad or counts, x, y or distance in mm or m (units=, --units)? Are two"
+    " columns exchanged, or has one the wrong sign? Is all unknown that is not known (offsets, the"
+    " frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes the data as they are"
+)
 DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
 
@@ -57,7 +64,7 @@ DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
     tool=optional(instance(Tool)),
     sigma=optional(positive),
     loss=one_of(*LOSSES),
-    mistakes=one_of("raise", "mend", "keep"),
+    mistakes=one_of("raise", "keep"),
 )
 def calibrate(
     robot: FiveBar,
@@ -108,9 +115,8 @@ def calibrate(
     loss : str
         Of scipy.optimize.least_squares: "linear", "soft_l1", "huber", "cauchy" or "arctan".
     mistakes : str
-        A mistake found in the data (degrees, mm, swapped columns, signs, a row's modes) raises an
-        error that names it ("raise"), is put right and noted ("mend"), or is not looked for
-        ("keep").
+        "raise" refuses data that fit no such robot: misses of a twentieth of a bar, lengths
+        far off, other modes than noted. "keep" takes them as they are.
     units : mapping or sequence of str
         Of columns whose heading has none: {"q1": "deg"} or ("deg", "mm").
     columns : mapping or sequence of str
@@ -155,20 +161,9 @@ def calibrate(
         sigma=float(np.median(1 / weight)) if absolute else 0.0,
         turned=tuple(name for name in TURNED if name in unknown and name not in start),
     )
-    wrong: list[str] = []
-    if mistakes == "keep":
-        p = begin(task)
-    else:
-        wrong, task, p = find_mistakes(task)
-    if wrong and mistakes == "raise":
-        what = "a mistake" if len(wrong) == 1 else f"{len(wrong)} mistakes"
-        where = "data" if isinstance(data, Mapping) else data
-        raise ValueError(
-            f"{what} in {where}: {'; '.join(wrong)}. Put that right (mistakes='mend' does,"
-            " on the command line --mistakes mend), or take the data as they are (mistakes='keep')"
-        )
-    if wrong or not length_ok(p):
-        p = begin(task)
+    if mistakes != "keep":
+        _refuse_units(task)
+    p = begin(task)
     # What the rows do not tell stays near the start, which of such angles is where they were found.
     found_angles = [PLACE[name] for name in task.turned if name not in priors]
     near = task.start.copy()
@@ -197,7 +192,7 @@ def calibrate(
         )
     turns = [k for k in free if UNKNOWNS[k] in TURNED]
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
-    notes = [*task.rows.notes, *(f"put right: {words}" for words in wrong)]
+    notes = list(task.rows.notes)
     if len(task.rows) < CHECKED:
         notes.append(
             f"so few rows do not show a wrong unit, sign or mode: {CHECKED} rows or more do"
@@ -305,6 +300,21 @@ def _prior(priors, unknown, size, absolute):
     return result
 
 
+def _refuse_units(task):
+    """Refuse points that move far less or more than bars do that turn as the readings say."""
+    rows = task.rows
+    if rows.whole.sum() < CHECKED or {"ratio1", "ratio2", "scale"} & set(task.names):
+        return
+    turned = np.linalg.norm(np.std(rows.q[rows.whole] * task.start[RATIOS], axis=0))
+    moved = np.linalg.norm(np.std(rows.points[rows.whole], axis=0))
+    size = task.bar * task.start[PLACE["scale"]]
+    if turned > LEAST_TURN and not 1 / UNUSUAL < moved / (turned * size) < UNUSUAL:
+        raise ValueError(
+            f"x, y move by {1e3 * moved / turned:.3g} mm for each rad of q1, q2, and bars of"
+            f" {1e3 * size:.3g} mm cannot. {QUESTIONS}"
+        )
+
+
 def _refuse_unknown_modes(rows, p, lost):
     """Refuse rows (n,) bool whose assembly mode nothing tells, and say why."""
     none = lost & ~possible_sides(p, rows).any(axis=0)
@@ -348,10 +358,7 @@ def _refuse_far_misses(task, p, start, assembly):
             )
         raise ValueError(
             f"no robot with these unknowns fits: the best one misses by {1e3 * missed:.3g} mm,"
-            f" {missed / size:.0%} of a bar. Are q1, q2 in degrees or rad, x, y or distance in mm"
-            " or m (units=, --units), or has one the wrong sign? Is all unknown that is not known"
-            " (offsets, the frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes this fit"
-            " as it is"
+            f" {missed / size:.0%} of a bar. {QUESTIONS}"
         )
 
 

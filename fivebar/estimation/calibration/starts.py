@@ -24,11 +24,11 @@ COUNTS_PER_TURN = (
 )
 
 
-def begin(task: LeastSquares, far: bool = True) -> ndarray:
+def begin(task: LeastSquares) -> ndarray:
     """Return values (16,) to begin with, by the points alone; a bad row or two do not matter.
 
-    Where the start leads nowhere, usual encoders are tried for free ratios, a whole turn of a free
-    frame, and with `far` one of the free offsets.
+    Where the start leads nowhere, usual encoders are tried for free ratios, and a whole turn of a
+    free frame and of the free offsets.
     """
     if (few := only_solution(task)) is not None:
         return few
@@ -38,8 +38,7 @@ def begin(task: LeastSquares, far: bool = True) -> ndarray:
     best = settled(task, start)
     if doubt(task, best) > SUSPECT * task.bar:  # a few rows may be far off
         best = _least_doubtful(task, [best, settled(task, start, loss="cauchy")])
-    near = _counted, _turned_frames
-    for starts in (*near, turned) if far else near:
+    for starts in (_counted, _turned_frames, _turned):
         if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
             best = _least_doubtful(task, [best, best_of(task, tried)])
     return best
@@ -141,7 +140,7 @@ def settled(task: LeastSquares, p: ndarray, loss: str = "soft_l1") -> ndarray:
     return moved(result.x)
 
 
-def turned(task: LeastSquares) -> list[ndarray]:
+def _turned(task: LeastSquares) -> list[ndarray]:
     """Return starts with the free offsets all over a turn, each with its own frame."""
     grids = [TURNS if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
     pairs = [pair for pair in product(*grids) if any(pair)]
@@ -150,21 +149,12 @@ def turned(task: LeastSquares) -> list[ndarray]:
 
 def _counted(task):
     """Return starts in which readings are counts of usual encoders, where ratios are free."""
-    ratios = radians_per_count(task, free=True).values()
-    return _with_frames(task, 7, [pair - 1 for pair in ratios])
-
-
-def radians_per_count(task: LeastSquares, free: bool) -> dict[int, ndarray]:
-    """Return ratios (2,) by counts a turn, of legs whose readings no motor turns through.
-
-    Of legs whose ratio is free, or of the others; {} where there is no such leg.
-    """
     is_free = np.array([name in task.names for name in ("ratio1", "ratio2")])
-    wide = (np.ptp(task.rows.q, axis=0) > MUCH) & (is_free == free)
+    wide = (np.ptp(task.rows.q, axis=0) > MUCH) & is_free
     if not wide.any():
-        return {}
-    counts = map(int, COUNTS_PER_TURN.split())
-    return {count: np.where(wide, 2 * np.pi / count, 1.0) for count in counts}
+        return []
+    counts = np.array(COUNTS_PER_TURN.split(), float)
+    return _with_frames(task, 7, [np.where(wide, 2 * np.pi / each - 1, 0.0) for each in counts])
 
 
 def _with_frames(task, place_of_pair, pairs):

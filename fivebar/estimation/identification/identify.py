@@ -18,12 +18,13 @@ from ..logs.logs import AT_THE_JOINTS, Gauges
 from .bodies import consistent as nearest_bodies
 from .dependent_columns import EXACT, NEARLY, any_motion, independent, sentences
 from .filtering import RegressionRows
+from .misfit import SURE, beyond_the_model, lateness
 from .regression import fit, left_out_cost, price, smallest, spread
 from .regressor import ladder, linear_names
 from .result import Identification, Validation
 from .samples import log_of, samples, with_held_torques
-from .suspicions import POOR, beyond_the_model, explain, lateness
 
+POOR = 0.05  # of the torque's rms: whether torques are held shows where a model misses less
 BIASED = 0.1  # standard deviations by which noise of the encoders may bend a value
 HEAVIEST = 100.0  # kg, of a robot on a desk; of an inertia over a bar squared
 POWERS = {"zz": 2, "mx": 1, "my": 1}  # of a bar
@@ -31,7 +32,6 @@ DOUBTFUL = (
     2.0  # kg, beyond which torques of a file that names no unit may be in N cm, kg cm or mN m
 )
 SIGNIFICANT = 3.0  # log of odds: from there on, torques are taken as held
-SURE = 4.0  # standard deviations below 0: no mass and no friction can be there
 
 
 @takes_robot(
@@ -162,8 +162,6 @@ def identify(
             full = fit(rows, told)
             holds_better = True
             notes = ["each torque is taken as held to the next row, which fits the motion better"]
-    if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
-        explain(robot, logs, assembly, lowest, places, known, full.misfit, _impossible)
     if cutoff is not None and cutoff > lowest:
         found, rows = sampled(cutoff, logs)
         told, also_unseen, full = fitted(rows)
@@ -176,6 +174,12 @@ def identify(
             f"noise of the encoders bent {names[told[most]]} by {full.bias[most]:.2g} standard"
             f" deviations: it was taken off and counts in the deviations; {advice}"
         )
+    longest = _longest(found)
+    whole = known.copy()
+    whole[told] = full.theta
+    # A model that lacks what is left out below would take a part of the delay.
+    delay = lateness(longest, told, full.theta, known)
+    beyond = beyond_the_model(robot, longest, told, whole, full, delay)
     chosen, last = _smallest_model(robot, rows, told, full)
     out = [k for k, column in enumerate(told) if column not in chosen]
     labels = [names[k] for k in chosen]
@@ -192,13 +196,7 @@ def identify(
         apart = fit(held_rows, chosen).theta - fit(at_times, chosen).theta
         cov = cov + doubt * np.outer(apart, apart)
     sd = np.sqrt(np.diag(cov))
-    longest = _longest(found)
-    # A model that lacks what was left out takes a part of the delay.
-    delay = lateness(longest, told, full.theta, known)
-    whole = known.copy()
-    whole[chosen] = theta
-    notes += [sentence for each in found for sentence in each.notes]
-    notes += beyond_the_model(result, longest, chosen, whole, last, delay)
+    notes += [sentence for each in found for sentence in each.notes] + beyond
     by_known = rows.W @ known
     identified = Identification(
         robot=result,
@@ -276,20 +274,6 @@ def _refuse_few(rows, found, least):
             f"only {left} and {right} independent rows of the two motors are left, and at least"
             f" {least} of each are needed: log longer, or faster motions. {notes}"
         )
-
-
-def _impossible(robot, names, found):
-    """Return the names of masses and friction that come out surely below 0."""
-    heavy = any(name in robot.turning_names for name in names) and len(names) > 5
-    masses = ladder(robot)["masses"][:2]
-    if not heavy:
-        masses = ladder(robot)["masses"]
-    sd = np.sqrt(np.diag(found.cov))
-    impossible = []
-    for name, surely in zip(names, found.theta < -SURE * sd):
-        if surely and (name in masses or name.startswith("f")):
-            impossible.append(name)
-    return impossible
 
 
 def _refuse_heavy(robot, names, theta, is_stated, gauges):

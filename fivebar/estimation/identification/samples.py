@@ -17,7 +17,7 @@ from ...models.robots import Robot
 from ...simulation.bags import is_bag
 from ...simulation.run import Run
 from ..logs.derivatives import HIGHEST, derivatives, half_window, spectrum
-from ..logs.logs import Gauges, Log, evenly, other_readings, read_log
+from ..logs.logs import Gauges, Log, evenly, read_log
 from .filtering import RegressionRows, at_limit, filtered, spikes
 from .regressor import linear_names, regressor
 
@@ -263,11 +263,10 @@ def _regressors(motion, drawn, robot, assembly, n, notes):
         result.append((np.nan_to_num(W), np.nan_to_num(change), good[:, None] & ~creeps))
     open_words = f"{open_} of {total} rows do not close the loop"
     if open_ > 0.02 * total:
-        other = other_readings(robot, q[known], assembly)
         raise ValueError(
             f"{open_words}: the bars of this robot do not reach: are its lengths, and the zeros of"
-            " q (offset), those of the robot on the table? fb.calibrate tells"
-            f"{'. Or' if other else ''}{other}"
+            " q (offset), those of the robot on the table? fb.calibrate tells. Are q1 and q2"
+            " exchanged, or has one the wrong sign or another gear_ratio?"
         )
     if open_:
         notes.append(f"{open_words} of this robot's bars and do not count")

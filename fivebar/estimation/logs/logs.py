@@ -161,28 +161,13 @@ def _refuse_unclear_angles(q, robot, is_file):
     if (as_deg > 99.9 and as_rad < 98.0) or (is_file and largest > 2 * TURN):
         advice = (
             ' say which, by units={"q1": "deg", "q2": "deg"} or --units deg, of counts by'
-            " --counts-per-turn; or head them q1_deg"
+            " --counts-per-turn; or head them q1_deg. As rad, are they exchanged, or has one the"
+            " wrong sign?"
         )
-        if largest <= TURN and (other := other_readings(robot, known, -1)):
-            advice = f"{other} as rad. Put that right, or name the unit, by --units rad or deg"
         raise ValueError(
             f"q1 and q2 have no unit and reach {largest:.4g}; {as_rad:.0f} % of the rows close the"
             f" loop of the bars as rad, {as_deg:.0f} % as deg:{advice}"
         )
-
-
-def other_readings(robot: Robot, q: ndarray, assembly: int) -> str:
-    """Return in words the changes of angles (n, 2), rad, with which the loop closes in all rows."""
-    changes = {
-        "q1 and q2 exchanged": q[:, ::-1],
-        "q1 with the wrong sign": q * (-1, 1),
-        "q2 with the wrong sign": q * (1, -1),
-    }
-    closing = []
-    for words, angles in changes.items():
-        if np.isfinite(dgm(robot, angles, assembly, unreachable="nan").xi).all():
-            closing.append(f"are {words}" if "and" in words else f"is {words}")
-    return f" {', or '.join(closing)}? Then all rows close" if closing else ""
 
 
 def _split_pairs(arrays):
