@@ -86,10 +86,10 @@ def test_what_the_model_misses_is_compared_with_the_noise_of_the_log():
     notes, last = told(sample, theta)
     times = last.sigma / _noise(sample, theta)
     words = f"{100 * last.misfit:.3g} % of the torques, {times[0]:.3g} and {times[1]:.3g} times the"
-    assert times.min() > 3 and any(f"{words} noise of this log. Has" in each for each in notes)
+    assert times.min() > 3 and any(f"{words} noise of this log. Is" in each for each in notes)
     far, theta = sample_of(np.random.default_rng(3), wrong=0.5)
     with pytest.raises(
-        ValueError, match="misses [3-9].* % of the torques, .* of this log. Has q or"
+        ValueError, match="misses [3-9].* % of the torques, .* of this log. Is t in"
     ):
         told(far, theta)
 
@@ -101,7 +101,7 @@ def test_an_inertia_surely_below_0_is_refused_and_friction_is_not():
     below = replace(
         last, theta=last.theta - 4.1 * np.sqrt(np.diag(last.cov)) - [last.theta[0], 0, 0]
     )
-    with pytest.raises(ValueError, match="with an inertia below 0. Has q or tau of a motor the"):
+    with pytest.raises(ValueError, match="with an inertia below 0. Is t in ms. Has q or tau of"):
         beyond_the_model(ROBOT, sample, MASSES, theta, below, delay)
     columns = [NAMES.index(name) for name in ("fv1", "fs1", "m")]
     assert beyond_the_model(ROBOT, sample, columns, theta, below, delay) == []

@@ -17,7 +17,7 @@ from .samples import Samples
 MUCH = 0.01  # of the torque's rms, and
 TIMES = 3.0  # the noise of the log: who misses more does not have all of the robot
 SURE = 4.0  # standard deviations below 0: no mass and no friction can be there
-USELESS = 0.2  # of the torque's rms: where a model misses more, its values mean nothing
+USELESS = 0.1  # of the torque's rms: where a model misses more, its values mean nothing
 
 
 class Delay(NamedTuple):
@@ -102,9 +102,9 @@ def beyond_the_model(
         words = (
             f"the model misses {100 * full.misfit:.3g} % of the {efforts}, {times[0]:.3g} and"
             f" {times[1]:.3g} times the noise of this log"
-            f"{', with an inertia below 0' * is_below}. Has q or tau of a motor the wrong sign,"
-            f" are the motors exchanged, do {efforts} come late? Are the assembly mode"
-            f" {sample.assembly:+d}, gravity, the lengths and the zeros of q (offset) those of this"
+            f"{', with an inertia below 0' * is_below}. Is t in ms? Has q or tau of a motor the"
+            f" wrong sign, are the motors exchanged, do {efforts} come late? Are the assembly mode"
+            f" {sample.assembly:+d}, gravity, the lengths, gear_ratio and offset of q those of this"
             " robot, and is all unknown that it has (friction)?"
         )
         if full.misfit > USELESS or is_below:
