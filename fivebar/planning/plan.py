@@ -33,8 +33,8 @@ from .problem import (
     point_of,
     refuse_broken,
     refuse_massless,
-    refuse_pose,
     refuse_stops,
+    timed,
     working_modes,
 )
 from .program import Interval, solve
@@ -201,10 +201,7 @@ def plan(
             'plan: with a duration all motions take as long: leave it out, or weigh "effort" too'
         )
     if free:
-        for name, pose in (("start", start), ("goal", goal)):
-            if isinstance(pose, Pose):
-                refuse_pose(constraints, name, pose)
-        ways = ways_between(robot, start, goal, duration, via)
+        ways = ways_between(robot, timed(start, goal, duration, via), constraints)
         if not ways:
             raise PlanError(
                 "plan: no way from start to goal was found: give a Pose between them as via", {}

@@ -5,20 +5,20 @@ All of them are pulled taut.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from itertools import islice, product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.backend import atan2
+from ..constraints.constraints import Constraints
 from ..models.four_joints import bars_pose, closed, loop_gap
 from ..models.geometry import Pose, igm
 from ..models.robots import Robot
 from ..singularities.locus import MODES
 from ..singularities.passages import Passage, known_aspects, routes
 from .coordinates import bars
-from .problem import PlanError, timed
+from .problem import PlanError, refuse_pose
 
 IMAGES = 30  # turns of the goal's bars that are tried, at most
 DIRECT = 8  # straight ways, at most
@@ -91,12 +91,9 @@ def _distinct(robot, paths):
     return kept[:MOST]
 
 
-def ways_between(
-    robot: Robot, start: object, goal: object, duration: float | None, via: Iterable
-) -> list[tuple]:
-    """Return [(stops, paths, length)] of `ways` from stop to stop, the shortest first."""
-    stops = timed(start, goal, duration, via)
-    choices = [_poses(robot, point, name) for name, _, point in stops]
+def ways_between(robot: Robot, stops: list[tuple], constraints: Constraints) -> list[tuple]:
+    """Return [(stops, paths, length)] of `ways` from stop to stop of `timed`, shortest first."""
+    choices = [_poses(robot, point, name, constraints) for name, _, point in stops]
     times = [t for _, t, _ in stops]
     result = []
     failure = None
@@ -126,8 +123,8 @@ def _stops(paths, times):
     return tuple(stops), moved
 
 
-def _poses(robot, given, name):
-    """Return a Pose as itself, a point as the poses that reach it in any modes."""
+def _poses(robot, given, name, constraints):
+    """Return a Pose that keeps the constraints as itself, a point as the poses that reach it."""
     if not isinstance(given, Pose):
         pose = igm(robot, given, unreachable="raise")  # says how far it is out of reach
         return [igm(robot, pose.xi, modes) for modes in MODES]
@@ -141,6 +138,7 @@ def _poses(robot, given, name):
     gap = float(np.hypot(*loop_gap(closed_pose)))
     if gap > CLOSES * max(robot.distal):
         raise ValueError(f"plan: {name} is a Pose whose loop does not close, by {gap:.3g} m")
+    refuse_pose(constraints, name, given)
     return [given]
 
 

@@ -173,3 +173,8 @@ def test_a_pose_that_breaks_a_constraint_is_named_at_once():
         plan(ROBOT, pose, other, 1.0, constraints=below)
     with pytest.raises(PlanError, match=words.replace("goal", "start")):
         plan(ROBOT, other, pose, 1.0, constraints=below)
+    with pytest.raises(PlanError, match=words.replace("goal", r"via\[0\]")):
+        plan(ROBOT, pose, pose, 1.0, via=[(None, other)], constraints=below)
+    both = fb.igm(ROBOT, [HOME, TASK_1], (1, -1))
+    with pytest.raises(ValueError, match="goal must be one Pose that closes, not a batch"):
+        plan(ROBOT, pose, both, 1.0, constraints=below)

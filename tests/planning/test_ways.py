@@ -8,11 +8,13 @@ import pytest
 import fivebar as fb
 from fivebar.models.four_joints import bars_pose, closed, loop_gap
 from fivebar.planning.coordinates import bars
-from fivebar.planning.problem import PlanError
+from fivebar.planning.problem import PlanError, timed
 from fivebar.planning.search import _at, _lengths, _stops, _waypoints, ways, ways_between
 from fivebar.singularities.passages import known_aspects, passages
 
 from ..conftest import UNEQUAL
+
+NONE = fb.Constraints()
 
 ROBOT = fb.FiveBar()
 BIGLIDE = fb.Biglide()
@@ -114,7 +116,7 @@ def test_the_shortest_way_in_one_aspect_is_hardly_longer_than_the_straight_one()
 def test_ways_by_way_of_a_pose_follow_one_another_without_a_jump():
     places = [((0.02, 0.2), (-1, -1)), ((0.0, 0.22), (-1, 1)), ((-0.03, 0.21), (-1, -1))]
     points = [fb.igm(BIGLIDE, *each) for each in places]
-    found = ways_between(BIGLIDE, points[0], points[2], 3.0, [(1.2, points[1])])
+    found = ways_between(BIGLIDE, timed(points[0], points[2], 3.0, [(1.2, points[1])]), NONE)
     assert found
     lengths = [length for *_, length in found]
     assert lengths == sorted(lengths)
@@ -140,7 +142,7 @@ def test_later_paths_are_turned_to_where_the_former_end():
 
 
 def test_a_point_in_place_of_a_pose_is_reached_in_several_modes():
-    found = ways_between(BIGLIDE, fb.igm(BIGLIDE, (0.02, 0.2)), (0.0, 0.22), 2.0, [])
+    found = ways_between(BIGLIDE, timed(fb.igm(BIGLIDE, (0.02, 0.2)), (0.0, 0.22), 2.0, []), NONE)
     modes = set()
     for stops, *_ in found:
         pose = bars_pose(BIGLIDE, tuple(stops[-1][0][0].tolist()))
@@ -158,4 +160,4 @@ def test_poses_that_no_way_joins_are_refused_whatever_the_other_ends():
         if fb.routes(apart, first, pose) == ()
     )
     with pytest.raises(PlanError, match="no motion joins start and goal"):
-        ways_between(apart, first, other, 1.0, [])
+        ways_between(apart, timed(first, other, 1.0, []), NONE)
