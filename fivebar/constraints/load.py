@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..models.dynamics import dynamic_model
+from ..models.dynamics import torques_of
 from ..models.geometry import Pose
-from ..models.kinematics import ikm
+from ..models.kinematics import Rates
+from ..models.loads import at_rest
 from ..models.physics import physics_of
 
 
@@ -38,8 +39,9 @@ class Load:
         physics = physics_of(pose.robot)
         if physics is None or not any(physics.gravity):
             return held
-        _, weight = dynamic_model(ikm(pose, np.zeros(2)))
-        return held + weight
+        zeros = (np.zeros_like(pose.point[0]),) * 2
+        with np.errstate(all="ignore"):
+            return held + np.stack(torques_of(at_rest(Rates(pose, zeros, zeros))), axis=-1)
 
     def satisfied(self, pose: Pose) -> np.ndarray:
         """Return whether the motors hold it, bool (*batch,)."""

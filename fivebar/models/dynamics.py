@@ -171,9 +171,16 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
         some_accelerations(accelerations, "accelerations")
     pose = accelerations.rates.pose
     refuse_weightless(pose.robot, "inverse_dynamics")
-    (fx, fy), torques = forces_and_torques(accelerations)
     if has_moving_mass(pose.robot):
         refuse_parallel(pose, "inverse_dynamics")
+    return pack(*torques_of(accelerations))
+
+
+def torques_of(accelerations: Accelerations) -> tuple:
+    """Return the torques of `inverse_dynamics`, which are not finite at Type 2."""
+    pose = accelerations.rates.pose
+    (fx, fy), torques = forces_and_torques(accelerations)
+    if has_moving_mass(pose.robot):
         (x1, y1), (x2, y2) = pose.u2
         scale = 1 / pose.det_A
         if physics_of(pose.robot) is None:  # the mass is taken into the scale: two products less
@@ -181,7 +188,7 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
         # Bar forces lambda = A^-T m xi''.
         forces = (fx * y2 - fy * x2) * scale, (fy * x1 - fx * y1) * scale
         torques = tuple(t + b * force for t, b, force in zip(torques, pose.b, forces))
-    return pack(*torques)
+    return torques
 
 
 def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:

@@ -67,7 +67,11 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
         )
     direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
     paths = list(islice((path for path in direct if path is not None), DIRECT))
-    by_way = (_path(robot, _waypoints(robot, route, begin, end)) for route in found or ())
+    if found is None:
+        points = _detours(robot, start, goal, begin, end)
+    else:
+        points = (_waypoints(robot, route, begin, end) for route in found)
+    by_way = (_path(robot, each) for each in points)
     paths += islice((path for path in by_way if path is not None), ROUTES)
     return _distinct(robot, paths) if paths else []
 
@@ -148,6 +152,20 @@ def _routes(robot, start, goal):
         return routes(robot, start, goal)
     except (ValueError, ArithmeticError):
         return None
+
+
+def _detours(robot, start, goal, begin, end):
+    """Yield points by way of a pose in any modes, at either end or between them."""
+    for xi in (start.xi, goal.xi, (start.xi + goal.xi) / 2):
+        for modes in MODES:
+            middle = bars(igm(robot, xi, modes, unreachable="nan"))
+            yield [begin, _turned(robot, middle, begin), _turned(robot, end, middle)]
+
+
+def _turned(robot, angles, before):
+    """Return the bars in the turn nearest to others; what slides does not turn."""
+    turns = robot.turns, True, robot.turns, True
+    return np.where(turns, _nearest(angles, before), angles)
 
 
 def _waypoints(robot, route, begin, end):

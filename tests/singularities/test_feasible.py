@@ -119,6 +119,21 @@ def test_a_load_is_held_with_the_weight_of_the_bars():
     np.testing.assert_allclose(with_weight - held, slope, rtol=1e-6)
 
 
+def test_the_load_of_an_upright_robot_has_regions_where_nodes_are_singular():
+    """The grid on which the curves are traced has nodes on Type 1."""
+    robot, load = fb.FiveBar(gravity=(0.0, -9.81)), Load((0.0, -5.0), (0.5, 0.5))
+    parts = parts_of(robot, fb.Constraints(), load)
+    at = np.random.default_rng(1).uniform(-0.24, 0.24, (300, 2))
+    pose = fb.igm(robot, at, (-1, -1), unreachable="nan")
+    reached = np.isfinite(pose.q).all(axis=1)
+    inside = np.any([part.contains(at[reached]) for part in parts if part.working == (-1, -1)], 0)
+    pose = fb.igm(robot, at[reached], (-1, -1))
+    needed = fb.gravity_torques(pose) - np.einsum("nji,j->ni", pose.J, load.force)
+    held = (np.abs(needed) <= load.torque).all(axis=1)
+    assert 10 < held.sum() < 250
+    assert (inside != held).mean() < 0.01
+
+
 BASES = np.array([(-0.04, 0.0), (0.04, 0.0)])
 
 
