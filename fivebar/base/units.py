@@ -45,7 +45,14 @@ ALL = (
 )  # fmt: skip
 
 # Of what stands on a desk: (largest value, the unit that a larger one is more likely to be in).
-USUAL = ((METRES, 3.0, "mm"), (RADIANS, 6.3, "deg"), (SPEEDS, 10.0, "mm/s"))
+USUAL = (
+    (METRES, 3.0, "mm"),
+    (RADIANS, 6.3, "deg"),
+    (SPEEDS, 10.0, "mm/s"),
+    (KILOGRAMS, 50.0, "g"),
+    (NEWTON_METRES, 100.0, "mN m"),
+    (ACCELERATIONS, 1000.0, "mm/s²"),
+)
 
 SYNONYMS = {
     "s": "sec secs second seconds",

@@ -19,6 +19,7 @@ import numpy as np
 from ..base.checks import inertia, number, positive, shown
 
 NAMES = "11", "12", "21", "22"
+UNLIKE = 1e4  # times, that one motor's inertia is not of the other's
 ROUNDING = 1e-12  # of an inertia, by which a point mass may be less than itself
 
 
@@ -112,6 +113,14 @@ def grouped(
     if not isinstance(rotor, (tuple, list)) or len(rotor) != 2:
         raise ValueError(
             f"rotor must be two inertias, or (inertia, gear ratio) pairs, not {shown(rotor)}"
+        )
+    if (
+        all(isinstance(each, int | float) for each in rotor)
+        and max(rotor) > UNLIKE * min(rotor) > 0
+    ):
+        raise ValueError(
+            f"rotor = {shown(rotor)} are two inertias that are too unlike: a motor and its gear"
+            " ratio are a pair in it, as ((inertia, ratio), (inertia, ratio))"
         )
     found = {"m": inertia(payload, "payload")}
     for leg, motor in zip("12", rotor):

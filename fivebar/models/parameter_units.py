@@ -12,7 +12,8 @@ from ..base.units import NO_UNIT, number_in
 NAMES = {
     "l d x y along across shift clearance region widths posts half_planes": units.METRES,
     "task_x task_y": units.METRES,
-    "turn offset ratio joints q": units.RADIANS,
+    "turn offset joints q": units.RADIANS,
+    "ratio": dict(units.RADIANS),  # of a drive that reads degrees "1 deg"; no angle has it
     "links m mf mass payload": units.KILOGRAMS,
     "mx my": units.FIRST_MOMENTS,
     "zz rotor inertia inertia_about_centre": units.INERTIAS,

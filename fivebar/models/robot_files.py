@@ -43,8 +43,8 @@ def load_robot(path: TextFile) -> FiveBar | Biglide:
     Raises
     ------
     ValueError
-        For a file that holds no robot, or one that could be of both kinds; for a length above 3 m
-        or a bar below 0.1 mm without its unit.
+        For a file that holds no robot, or one that could be of both kinds; for a length above 3 m,
+        a mass above 50 kg or the like without its unit.
 
     Examples
     --------

@@ -38,6 +38,7 @@ UNITS = {
 # Of a machine's ratio: below, its drives read degrees, mm, inches or counts.
 IN_RADIANS = 0.02
 IN_METRES = 0.5
+FASTEST = 10.0  # rad of a joint for one that its drive reads
 
 
 def _names(kind):
@@ -105,6 +106,11 @@ class Machine:
         ratio = two_numbers(self.ratio, "Machine: ratio")
         if 0 in ratio:
             raise ValueError(f"Machine: ratio must not be 0, not {ratio}")
+        if self.robot.turns and (fastest := max(map(abs, ratio))) > FASTEST:
+            raise ValueError(
+                f"Machine: ratio {fastest:g} says that the joint turns {fastest:g} times as far as"
+                f" its drive: of a gear of {fastest:g} it is {1 / fastest:.9g}"
+            )
         object.__setattr__(self, "ratio", ratio)
         instance(Placement)(self.frame, "Machine: frame")
         limits = instance(Constraints)(self.constraints, "Machine: constraints")

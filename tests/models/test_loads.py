@@ -221,6 +221,7 @@ def test_gravity_may_be_a_vector_of_symbols():
             r"rotor must be an inertia or \\(inertia, gear ratio\\), not \\(1, 2, 3\\)",
         ),
         (dict(rotor=(-1, 1), links={}), "rotor must be"),
+        (dict(rotor=(1.2e-6, 20), links={}), "two inertias that are too unlike: a motor and its"),
         (dict(rotor=(1, (1, 0)), links={}), "rotor's gear ratio must be"),
         (dict(payload=-1.0, links={}), "payload must be"),
     ],
