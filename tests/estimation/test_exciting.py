@@ -116,6 +116,7 @@ def test_limits_that_no_motion_keeps_are_refused():
         fb.exciting_trajectory(fb.FiveBar(), period=2.0, harmonics=2, torque=1e-4, starts=2)
 
 
+@pytest.mark.deep
 def test_no_motion_depends_on_the_last_digits():
     """The same seed gives the same motion on machines that round otherwise: here of periods a digit apart."""
     robot = fb.FiveBar(gravity=(0.0, -9.81))

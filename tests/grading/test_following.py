@@ -130,6 +130,7 @@ COLUMNS = (SOLUTIONS / "matrices/lab5.py").read_text("utf-8")
 LAST = "np.linalg.solve(M, np.array([[tau1], [tau2]]) - c)"
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "last",
     [LAST, "M.I * (np.matrix([[tau1], [tau2]]) - c)", "M[0] * tau1, c @ np.ones(2)"],
@@ -156,6 +157,7 @@ def test_a_mistake_has_one_name_beside_a_function_that_is_still_to_be_written(tm
     assert any("your dynamic_model is wrong, too" in check.remarks for check in found)
 
 
+@pytest.mark.deep
 def test_one_element_that_is_always_0_is_a_model_with_a_mistake(tmp_path):
     old = "    return np.hstack([torques(*motion, 1, 0) - c, torques(*motion, 0, 1) - c]), c"
     new = "    M = np.hstack([torques(*motion, 1, 0) - c, torques(*motion, 0, 1) - c])\n    M[1, 0] = 0\n    return M, c"

@@ -161,6 +161,7 @@ def dkm_passive(q11, q12, q21, q22, q11D, q21D, xD, yD):
 """
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("old", "new", "spot"),
     [

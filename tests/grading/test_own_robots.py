@@ -83,6 +83,7 @@ def lab_with(folder, robot):
     return find_lab("crank", folder)
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
 def test_a_lab_on_a_mechanism_of_ones_own(robot, tmp_path):
     lab = lab_with(tmp_path / "labs", robot)

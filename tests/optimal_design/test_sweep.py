@@ -215,6 +215,7 @@ print(fb.sweep(made({offset}), [{{"l1": 0.1}}], out="out", workers=1)["own"][0])
 """
 
 
+@pytest.mark.deep
 def test_a_figure_is_another_one_where_what_it_uses_has_changed(tmp_path):
     """A file that is edited and run again: its constants, its functions and its closures."""
 

@@ -231,6 +231,7 @@ def test_shot_motions_have_the_derivatives_of_their_steps():
         assert slope == pytest.approx(by_torques[0, 0, :, k], abs=1e-2 * np.abs(slope).max())
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "goal, duration, straight", [((-0.02, 0.13), 0.6, 0.0809), ((-0.03, 0.1), 0.45, None)]
 )
