@@ -280,7 +280,10 @@ def begin(folder: Path, manifest: dict, kind: str) -> None:
     known = read_manifest(folder, kind)
     for key in {**manifest, **known}:
         if key != "done" and known.get(key) != manifest.get(key):
-            before, now = (json.dumps(one.get(key))[:90] for one in (known, manifest))
+            texts = [json.dumps(one.get(key)) for one in (known, manifest)]
+            # From a little before the first difference on.
+            first = max(len(os.path.commonprefix(texts)) - 30, 0)
+            before, now = ("..." * bool(first) + text[first:][:90] for text in texts)
             raise ValueError(
                 f"out: {folder} holds another {kind}, whose {key} is {before} and not {now}: give"
                 " another folder; nothing was written"

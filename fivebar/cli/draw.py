@@ -219,6 +219,7 @@ def _simulated(arguments, machine, motion, drives, resolution):
 
 def _say_leaps(machine, motion, run, off, size):
     """Say where the simulated error is large, or the torque (force) far above what is needed."""
+    from ..models.physics import loads_of
     from ..visualization.style import length
 
     words = machine.robot.words
@@ -227,12 +228,14 @@ def _say_leaps(machine, motion, run, off, size):
     efforts = np.abs(run.tau).max(axis=1)
     error, effort = float(off.max()), float(efforts.max())
 
+    dry = ", its dry friction changes there" * loads_of(machine.robot).sticks
+
     def say(what, values, ratio):
         place = _place(machine, run.drawn_ref[values.argmax()])
         print_message(
             f"fivebar: the simulated {what}, at {place}, {ratio}: the robot is near a singularity"
-            " there or too fast for its tracker: give a larger --margin or --reserve, another"
-            " place, a longer --duration or a shorter --period"
+            f" there{dry} or it is too fast for its tracker: give a larger --margin or --reserve,"
+            " another place, a longer --duration or a shorter --period"
         )
 
     if error > min(LARGE_ERROR * size, max(LEAP * usual, LARGE_ERROR / LEAP * size)):

@@ -228,6 +228,7 @@ REFUSED = {
     "map --window -0.2 0.2 inf 0.1": "finite min < max, not [-0.2, 0.2, inf, 0.1]",
     "map --fits 0.1 -0.1": "--fits takes two sizes > 0",
     "map --load 0 -1": "--load needs the motors' torque",
+    "map --torque-limit 0.5": "it goes with --load FX FY",
     "certify": "certify needs a path's file, or --check and a proof",
     "certify --check here.csv --margin 0.1": "--check goes alone",
     "certify --check none.json": "no file none.json",

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.base.shards import begin
 from tests.helpers import ROOT
 
 D = fb.optimal_design
@@ -229,6 +230,18 @@ def test_a_figure_is_another_one_where_what_it_uses_has_changed(tmp_path):
     assert float(found) == pytest.approx(6.3) and ran() == found  # from the folder
     for change in ({"constant": 3}, {"factor": 2}, {"offset": 5}):
         assert "out: out holds another sweep, whose figures is" in ran(**change)
+
+
+def test_the_first_difference_of_two_sweeps_is_shown(tmp_path):
+    figures = [{"name": f"figure_{k}"} for k in range(20)]
+    known = {"what": "fivebar sweep", "variables": []} | dict.fromkeys(
+        ("robot", "choices", "designs"), {}
+    )
+    begin(tmp_path, known | {"figures": figures}, "sweep")
+    with pytest.raises(ValueError, match="another sweep") as error:
+        begin(tmp_path, known | {"figures": [*figures[:-1], {"name": "last"}]}, "sweep")
+    before, now = str(error.value).split(" and not ")
+    assert 'figure_19"}]' in before and '"last"}]' in now
 
 
 FULL = """
