@@ -8,11 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from ..models.dynamics import torques_of
+from ..models.dyads import SINGULAR
+from ..models.dynamics import gravity_torques, torques_of
 from ..models.geometry import Pose
 from ..models.kinematics import Rates
 from ..models.loads import at_rest
-from ..models.physics import physics_of
+from ..models.physics import loads_of, physics_of
+
+
+def too_heavy(pose: Pose, torque: np.ndarray) -> str:
+    """Return in words that motors of these torques do not hold the robot at rest; "" where they
+    do, or at Type 2.
+    """
+    if not loads_of(pose.robot).has_gravity or abs(pose.det_A) < SINGULAR:
+        return ""
+    needed = np.abs(gravity_torques(pose))
+    if (needed <= torque).all():
+        return ""
+    unit = pose.robot.words.effort_unit
+    needs, limit = (f"{left:.4g}, {right:.4g} {unit}" for left, right in (needed, torque))
+    return f"to hold it there against gravity takes {needs}, and the limit is {limit}"
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from ..base.checks import instance, number, optional, positive, whole
 from ..base.progress import progress
 from ..base.robot_uses import takes_robot
 from ..constraints.constraints import Constraints, kept_by
+from ..constraints.load import too_heavy
 from ..models.geometry import Pose, igm
 from ..models.physics import loads_of
 from ..singularities.degenerate import refuse_singular_everywhere
@@ -499,6 +500,10 @@ class _PlanSearch:
         limits = problem.constraints.torque, problem.constraints.motors
         if fails and problem.working is None and not problem.weights["effort"] and not any(limits):
             reason += " (nothing bounds the torque: a constraint would, or a weight on effort)"
+        for name, stop in zip(("start", "goal"), (problem.stops[0], problem.stops[-1])):
+            motion = np.append(stop[0][0], np.zeros(2 * problem.coordinates.size))
+            weight = limits[0] and too_heavy(problem.accelerations(motion).rates.pose, limits[0])
+            reason += f" ({name}: {weight})" if weight else ""
         broken = {name: value for name, value in plan.violations.items() if name in names}
         broken.update(least)
         why = f"{reason}{problem.listed(broken)}"

@@ -178,3 +178,15 @@ def test_a_pose_that_breaks_a_constraint_is_named_at_once():
     both = fb.igm(ROBOT, [HOME, TASK_1], (1, -1))
     with pytest.raises(ValueError, match="goal must be one Pose that closes, not a batch"):
         plan(ROBOT, pose, both, 1.0, constraints=below)
+
+
+def test_what_the_motors_cannot_hold_is_said_where_no_plan_is_found():
+    heavy = fb.FiveBar(0.2, 0.26, 0.2, 0.26, 0.1, m=1.2, gravity=(0.0, -9.81))
+    ends = (-0.246, 0.325), (-0.069, -0.143)
+    weak = fb.Constraints(torque=1.36)
+    with pytest.raises(PlanError) as error:
+        plan(heavy, *ends, 1.5, constraints=weak, collocation=fb.Collocation(max_time=0.2))
+    for name, point in zip(("start", "goal"), ends):
+        needed = np.abs(fb.gravity_torques(fb.igm(heavy, point)))
+        words = f"({name}: to hold it there against gravity takes {needed[0]:.4g}, {needed[1]:.4g}"
+        assert f"{words} N m, and the limit is 1.36, 1.36 N m)" in str(error.value)

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.errors import SingularityError, UnreachableError
-from ...models.dynamics import gravity_torques
+from ...constraints.load import too_heavy
 from ...models.geometry import igm
-from ...models.physics import loads_of
 from ...singularities.degenerate import refuse_singular_everywhere
 
 if TYPE_CHECKING:
@@ -35,15 +34,11 @@ def where(path: Path, s: float) -> str:
 def held(mesh: Mesh, limits: Limits, k: int) -> str:
     """Return in words that the limits do not hold the robot at rest at node k; "" where they do."""
     holds = [limit for limit in (limits.torque, limits.stall) if limit is not None]
-    if not holds or mesh.crossing[k] or not loads_of(mesh.robot).has_gravity:
+    if not holds or mesh.crossing[k]:
         return ""
-    needed = np.abs(gravity_torques(igm(mesh.robot, mesh.path(mesh.s[k])[0], mesh.working)))
-    given = np.min(holds, axis=0)
-    if (needed <= given).all():
-        return ""
-    unit = mesh.robot.words.effort_unit
-    needs, limit = (f"{left:.4g}, {right:.4g} {unit}" for left, right in (needed, given))
-    return f": to hold it there against gravity takes {needs}, and the limit is {limit}"
+    pose = igm(mesh.robot, mesh.path(mesh.s[k])[0], mesh.working)
+    words = too_heavy(pose, np.min(holds, axis=0))
+    return f": {words}" if words else ""
 
 
 def refuse_unreachable(
