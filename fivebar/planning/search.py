@@ -23,6 +23,7 @@ from .problem import PlanError, refuse_pose
 IMAGES = 30  # turns of the goal's bars that are tried, at most
 DIRECT = 8  # straight ways, at most
 ROUTES = 6  # at most
+DETOURS = 12  # places of a pose between, where the aspects are not known
 MOST = 6  # ways between two poses
 CLOSES = 1e-9  # of the bars
 POINTS = 61  # of a way, between each two of its poses, and of all of it pulled taut
@@ -155,11 +156,11 @@ def _routes(robot, start, goal):
 
 
 def _detours(robot, start, goal, begin, end):
-    """Yield points by way of a pose in any modes, at either end or between them."""
-    for xi in (start.xi, goal.xi, (start.xi + goal.xi) / 2):
-        for modes in MODES:
-            middle = bars(igm(robot, xi, modes, unreachable="nan"))
-            yield [begin, _turned(robot, middle, begin), _turned(robot, end, middle)]
+    """Yield points by way of a pose in any modes, about the middle of both."""
+    aside = np.random.default_rng(0).uniform(-0.5, 0.5, (DETOURS, 2)) * min(robot.distal)
+    for xi, modes in product((start.xi + goal.xi) / 2 + aside, MODES):
+        middle = bars(igm(robot, xi, modes, unreachable="nan"))
+        yield [begin, _turned(robot, middle, begin), _turned(robot, end, middle)]
 
 
 def _turned(robot, angles, before):

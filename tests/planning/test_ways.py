@@ -141,6 +141,24 @@ def test_later_paths_are_turned_to_where_the_former_end():
     assert [t for _, t in stops] == [0.0, 1.0, None, 3.0]
 
 
+@pytest.mark.parametrize("first", [(-0.0789, -0.2324), (-0.0692, -0.1043), (0.0, 0.0)])
+@pytest.mark.parametrize("modes", [(1, 1), (-1, -1)])
+def test_a_biglide_changes_both_working_modes(first, modes):
+    """Its aspects are strips without ends, of which no routes are known."""
+    other = fb.igm(BIGLIDE, (-0.0765, 0.1483), modes)
+    found = ways(BIGLIDE, fb.igm(BIGLIDE, first, tuple(-mode for mode in modes)), other)
+    assert found
+    for way in found:
+        gap = np.hypot(*loop_gap(bars_pose(BIGLIDE, tuple(way.path.T))))
+        assert gap.max() < 1e-9
+        assert np.abs(np.diff(way.path, axis=0)).max() < 0.7
+        off = way.path[-1] - bars(other)
+        turns = np.round(off[1::2] / (2 * np.pi))
+        np.testing.assert_allclose(
+            off, [0.0, 2 * np.pi * turns[0], 0.0, 2 * np.pi * turns[1]], atol=1e-6
+        )
+
+
 def test_a_point_in_place_of_a_pose_is_reached_in_several_modes():
     found = ways_between(BIGLIDE, timed(fb.igm(BIGLIDE, (0.02, 0.2)), (0.0, 0.22), 2.0, []), NONE)
     modes = set()
