@@ -499,3 +499,13 @@ def test_what_a_masked_array_hides_is_a_gap_and_never_a_number(how):
     whole = np.ma.masked_array([0, 99], mask=[False, True])
     with pytest.raises(ValueError, match="finite"):
         fb.dgm(fb.FiveBar(), whole, unreachable="nan")
+
+
+@pytest.mark.parametrize("step", [5e-4, 1e-3, 1 / 3e3])
+def test_a_clock_of_1970_is_as_even_as_one_from_0(step):
+    """A double of today's seconds has a last digit of 0.24 us, which is in each of the steps."""
+    t = step * np.arange(8001)
+    columns = {"q": np.stack([np.sin(3 * t), np.cos(2 * t)], 1), "tau": np.zeros((len(t), 2))}
+    log = read_log(columns | {"t": 1.7e9 + t}, ROBOT)
+    assert log.step == pytest.approx(step, rel=1e-7)
+    assert evenly(log.t, {"q": log.q}, log.step)[2] < 1e-3

@@ -253,6 +253,8 @@ def _clean(table: Columns, pairs, robot):
     if not (steps > 0).any():
         raise ValueError(f"{table.name}: its times never increase")
     step = float(np.median(steps[steps > 0]))
+    # Rounding of a clock that began in 1970 is in each step, and not in their mean.
+    step = float(np.mean(steps[np.abs(steps - step) < step / 2]))
     rows = _leave_out_wrong(table, rows, pairs["q"], (steps < 0) | (steps > LATE * step), notes)
     t = t[rows].copy()
     pairs = {name: None if pair is None else pair[rows] for name, pair in pairs.items()}
