@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.backend import is_symbolic, numpy_on_symbols
-from ..base.checks import a_callable
+from ..base.checks import a_callable, shown
 from ..base.robot_uses import robot_for
 from .robots import Robot
 
@@ -165,7 +165,9 @@ def _of_sample(torques, sample):
 
 
 def _two_numbers(value):
-    value = np.asarray(value, dtype=float)
-    if value.size != 2:
-        raise ValueError(f"LoadedRobot: torques must return two torques, not {value.size}")
-    return value.ravel()
+    try:
+        return np.array(value, dtype=float).reshape(2)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"LoadedRobot: torques must return two torques, not {shown(value)}"
+        ) from None

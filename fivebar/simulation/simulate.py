@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import cumulative_simpson
 
-from ..base.checks import a_callable, bounded, instance, optional, positive
+from ..base.checks import a_callable, bounded, instance, optional, positive, shown
 from ..base.errors import SingularityError, UnreachableError, warn
 from ..base.progress import progress
 from ..base.robot_uses import takes_robot
@@ -373,15 +373,16 @@ class _Loop:
 
     def _commanded(self, t, q, q_dot):
         try:
-            commanded = np.array(self.controller(t, q, q_dot, self.reference), dtype=float)
+            answer = self.controller(t, q, q_dot, self.reference)
         except (UnreachableError, SingularityError) as error:
             error.args = (f"controller at t = {t:g} s: {error}",)
             raise
-        if commanded.shape != (2,):
+        try:
+            commanded = np.array(answer, dtype=float).reshape(2)
+        except (TypeError, ValueError):
             raise ValueError(
-                f"the controller must return two {self.words.effort}s, not an array of shape"
-                f" {commanded.shape}"
-            )
+                f"the controller must return two {self.words.effort}s, not {shown(answer)}"
+            ) from None
         if not np.isfinite(commanded).all():
             raise ArithmeticError(
                 f"the controller's {self.words.effort} is {commanded.tolist()}"

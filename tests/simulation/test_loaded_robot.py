@@ -104,6 +104,7 @@ def test_what_is_compiled_and_what_is_called():
     wrong = {
         "must return two torques, not 1": lambda t, q, v, tau: tau[0],
         "must return two torques, not 3": lambda t, q, v, tau: [float(t)] * 3,
+        "must return two torques, not None": lambda t, q, v, tau: None,
         "depend on the symbol k": lambda t, q, v, tau: symbol * tau,
         r"torques are \[nan, 0.0\] at t = 0.1": lambda t, q, v, tau: [
             math.nan if t > 0.1 else 0.0,

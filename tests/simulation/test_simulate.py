@@ -341,10 +341,10 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         (dict(duration=1e7), r"duration = 1e\+07 s is 1e\+10 steps of 0.001 s: at most 1e\+07"),
         (dict(torque_limit=-1.0), "torque_limit must be finite and > 0"),
         (dict(duration=np.inf), "duration must be finite"),
-        (
-            dict(controller=lambda *_: (1, 2, 3)),
-            r"must return two torques, not an array of shape \(3,\)",
-        ),
+        (dict(controller=lambda *_: (1, 2, 3)), r"must return two torques, not \(1, 2, 3\)"),
+        (dict(controller=lambda *_: "1 2"), "the controller must return two torques, not '1 2'"),
+        (dict(controller=lambda *_: [1j, 0]), r"must return two torques, not \[1j, 0\]"),
+        (dict(controller=lambda *_: None), "must return two torques, not None"),
         (
             dict(controller=lambda *_: (np.nan, 0)),
             r"the controller's torque is \[nan, 0.0\] N m at t = 0 s",
