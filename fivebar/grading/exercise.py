@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.errors import SingularityError, UnreachableError
 from ..models.robots import Robot
 
 _SIGNATURE = re.compile(r"\s*(\w+)\s*\(([\w\s,]*)\)\s*->\s*(\w[\w\s,]*)")
@@ -38,7 +39,8 @@ class Exercise:
     """One function of a lab: `Exercise("dgm(q11, q21, assembly_mode) -> x, y", answer, wrong)`.
 
     answer(robot, *columns): the right model, on columns of shape (n,), gives one array (n, *shape)
-    per returned name (a single one need not be in a tuple), nan where the model has no answer.
+    per returned name (a single one need not be in a tuple), nan where the model has no answer; one
+    that raises UnreachableError or SingularityError is asked row by row.
     wrong: the Misconceptions. angles: returned names compared modulo one turn; axes: modulo half a
     turn, as the direction of an axis is. shapes: name -> shape of the returned names that are no
     plain numbers.
@@ -87,8 +89,14 @@ class Exercise:
     def outcome(self, model: Callable, robot: Robot, columns: tuple[np.ndarray, ...]) -> np.ndarray:
         """Return the model's answers to all rows as one array (n, numbers returned)."""
         n = len(columns[0])
-        with np.errstate(all="ignore"):  # a model with a mistake may have no answer
-            answers = model(robot, *columns)
+        try:
+            with np.errstate(all="ignore"):  # a model with a mistake may have no answer
+                answers = model(robot, *columns)
+        except (UnreachableError, SingularityError):  # in one of the rows at least
+            if n == 1:
+                return np.full((1, len(self.turns)), np.nan)
+            rows = [tuple(column[k : k + 1] for column in columns) for k in range(n)]
+            return np.concatenate([self.outcome(model, robot, row) for row in rows])
         if len(self.returns) == 1 and not isinstance(answers, tuple):
             answers = (answers,)
         flat = [

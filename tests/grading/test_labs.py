@@ -272,3 +272,30 @@ def test_lab_2_asks_on_both_sides_of_the_smallest_sine_in_either_leg(condition, 
     _, verdict = found["ikm: at a Type-1 singularity"]
     assert verdict.wrong == accepted + refused
     assert verdict.reason == ("accepted" if accepted else "nan" if refused else "")
+
+
+OFF = """
+import numpy as np
+
+def shifted(function):
+    def moved(*row):
+        answer = function(*row)
+        if isinstance(answer, (tuple, list)):
+            return [0.37 + np.asarray(part) for part in answer]
+        return None if answer is None else 0.37 + np.asarray(answer)
+    return moved
+"""
+
+
+@pytest.mark.parametrize("lab", FOLDERS)
+def test_wrong_answers_of_no_known_mistake_are_no_fault_of_the_lab(lab):
+    """No wrong model that is compared with them is asked where it raises."""
+    source = (SOLUTIONS / f"{lab}.py").read_text("utf-8") + OFF
+    for exercise in load(lab, "exercises").EXERCISES:
+        if not exercise.of_lists:
+            source += f"{exercise.name} = shifted({exercise.name})\n"
+    for seed in (1, 2):
+        found = results(lab, source, seed=seed)
+        judged = [verdict for _, verdict in found.values() if verdict.answers is not None]
+        assert "value" in {verdict.reason for verdict in judged}
+        assert not any(verdict.diagnosis for verdict in judged)
