@@ -81,6 +81,14 @@ def test_what_is_wrong_is_named(value, reason, word):
     assert found.asked.startswith("dgm(q11=") and found.diagnosis is None
 
 
+def test_calls_that_were_not_asked_are_told_apart_from_those_that_hang():
+    left = [Reply("timeout", text="no answer within 2 s")]
+    left += [Reply("unasked", text="the calls before it took 20 s together")] * 3
+    found = verdict(left[1:] + left[:1] + [list(row) for row in RIGHT[4:]])
+    assert (found.share, found.wrong, found.reason) == (pytest.approx(8 / 12), 1, "timeout")
+    assert "3 more calls were not asked, as the calls before it took 20 s" in found.text
+
+
 def test_the_misconception_is_named_and_its_error_measured():
     wrong = np.stack(other_mode(fb.FiveBar(), *Q, MODES), -1)
     found = verdict([list(row) for row in wrong])

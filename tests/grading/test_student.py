@@ -242,9 +242,10 @@ def test_a_notebook_gives_its_definitions_only():
 
 
 @pytest.mark.deep
-def test_a_hang_costs_its_own_row_and_three_the_rest():
+def test_a_hang_costs_its_own_row_and_three_that_go_on_the_rest():
     source = (
-        "import time\nn = 0\ndef f(x):\n    while x < 0: time.sleep(9)\n    return x\n"
+        "import time\nn = 0\ndef f(x):\n"
+        "    while x < 0:\n        try: time.sleep(9)\n        except: pass\n    return x\n"
         "def count():\n    global n\n    n += 1\n    return n\n"
     )
     with student(source, limit=1.0) as worker:
@@ -257,17 +258,26 @@ def test_a_hang_costs_its_own_row_and_three_the_rest():
         assert replies[1].text == "no answer within 1 s"
         assert worker.ask("count", [()])[0].value == 1  # a new worker
         replies = worker.ask("f", [(-1,), (1,), (-1,), (1,), (1,)])
-        assert [r.kind for r in replies] == ["timeout", "value"] + ["timeout"] * 3
+        assert [r.kind for r in replies] == ["timeout", "value", "timeout"] + ["unasked"] * 2
         assert [r.kind for r in worker.ask("f", [(1,), (-1,), (1,)])] == [
             "value",
             "timeout",
-            "timeout",
+            "unasked",
         ]
     with student("import time\ndef f(x): time.sleep(0.1)", total=1.0) as worker:
         replies = worker.ask("f", [(0,)] * 50)
-        assert {r.kind for r in replies} == {"value", "timeout"} and replies[-1].text.endswith(
+        assert {r.kind for r in replies} == {"value", "unasked"} and replies[-1].text.endswith(
             "1 s together"
         )
+
+
+def test_a_call_that_hangs_is_told_with_its_line_and_keeps_its_worker(isolate):
+    source = "n = 0\ndef f(x):\n    global n\n    n += 1\n    while x < 0:\n        x -= 1\n    return n\n"
+    with student(source, isolate=isolate, limit=0.2) as worker:
+        replies = worker.ask("f", [(-1,), (1,)] * 5)
+    assert [r.value for r in replies[1::2]] == [2, 4, 6, 8, 10]
+    assert {(r.kind, r.text) for r in replies[::2]} == {("timeout", "no answer within 0.2 s")}
+    assert all(r.line in (5, 6) for r in replies[::2])
 
 
 @pytest.mark.deep
@@ -279,7 +289,7 @@ def test_a_whole_submission_has_a_limit_of_time_too(monkeypatch):
         replies = [worker.ask("f", [(k,)])[0] for k in range(10)]
     assert (
         replies[0].kind == "value"
-        and replies[-1].kind == "timeout"
+        and replies[-1].kind == "unasked"
         and "all its calls" in replies[-1].text
     )
 

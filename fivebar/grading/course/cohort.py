@@ -33,7 +33,7 @@ from .graders import GraderError, Workers
 
 STATE = "grading.json"
 TRIES = 3  # that one submission may cost a process that grades
-SERIOUS = ("timeout", "memory", "killed", "exit", "flood", "garbled")
+SERIOUS = ("timeout", "unasked", "memory", "killed", "exit", "flood", "garbled")
 
 
 @dataclass(frozen=True)
@@ -234,7 +234,8 @@ def trouble_of(report: Report) -> str:
     if other := [note for note in report.notes if note.startswith((OTHER_ROBOT, OTHER_LAB))]:
         return other[0]
     lost = [check.reason for check in report.checks if check.reason in SERIOUS]
-    return ", ".join(f"{reason} in {lost.count(reason)} checks" for reason in dict.fromkeys(lost))
+    counts = [f"{lost.count(reason)} {reason}" for reason in dict.fromkeys(lost)]
+    return f"{', '.join(counts)} of {len(report.checks)} checks" if counts else ""
 
 
 def _one(cohort, entry, workers):

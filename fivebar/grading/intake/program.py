@@ -126,7 +126,7 @@ class Job:
             return Program(NoProgram(str(error)), self.robot)
         limits: dict[str, Any] = {"packages": self.packages}
         if self.limit is not None:
-            limits |= {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
+            limits |= {"limit": self.limit, "total": max(20.0, 10 * self.limit)}
         modules = imported(submission.source, self.siblings)
         student = Student(submission, isolate=self.isolate, modules=modules, **limits)
 

@@ -117,8 +117,13 @@ def judge(
     answers = Answers(exercise, robot, columns, came, expected, limits, good, refused)
     # A refusal that is only not counted tells less than a wrong answer.
     wrong = np.flatnonzero(~good).tolist()
-    first = next(i for i in wrong if reasons[i] not in ("", "refused"))
+    told = [i for i in wrong if reasons[i] not in ("", "refused")]
+    asked = [i for i in told if reasons[i] != "unasked"] or told
+    first = asked[0]
     reply, text = replies[first], texts[first]
+    if left := len(told) - len(asked):
+        why = next(reply.text for reply in replies if reply.kind == "unasked")
+        text += f"; {left} more calls were not asked, as {why}"
     if forfeited and np.any(refused):
         text += " (where no answer exists, refusing earns points only if another answer is right)"
     with np.errstate(all="ignore"):
@@ -127,7 +132,7 @@ def judge(
         share,
         reasons[first],
         text,
-        int(n - good.sum()),
+        len(wrong) - left,
         n,
         call_text(exercise, columns, first),
         came_text(reply),

@@ -88,11 +88,11 @@ class Questions:
             name, [rows[i] for i in order], constants=constants or None, limit=limit
         )
         replies = [reply for _, reply in sorted(zip(order, came), key=lambda pair: pair[0])]
-        kinds = {reply.kind for reply in replies}
-        if len(kinds) == 1 and kinds <= set(LOST):
-            last = came[-1]
-            text = "so did every call of an earlier check"
-            self._hopeless[name] = Reply(last.kind, text=text, line=last.line, source=last.source)
+        kinds = {reply.kind for reply in replies} - {"unasked"}
+        if len(kinds) <= 1 and kinds <= set(LOST):
+            first = came[0]
+            text = f"every call of an earlier check {first.words}"
+            self._hopeless[name] = replace(first, kind="unasked", text=text)
         return replies
 
     def judged(self, name: str, robot: Robot, columns: Sequence, tolerance: ArrayLike) -> Verdict:

@@ -28,7 +28,7 @@ ASKED = 16  # of them, of the student's own
 A_CALL = 4e-4  # s of the grader's own processor time
 PATIENCE = 5  # a call that waits for right answers may take so many times as long
 # No stand-in helps these.
-NEVER = "missing import timeout memory killed flood exit garbled".split()
+NEVER = "missing import timeout unasked memory killed flood exit garbled".split()
 
 
 class BudgetSpentError(Exception):

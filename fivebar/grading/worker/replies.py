@@ -10,6 +10,7 @@ KINDS = {
     "missing": "is not defined",
     "import": "was lost when the file failed",
     "timeout": "ran past its time limit",
+    "unasked": "was not asked",
     "memory": "ran out of memory",
     "exit": "left the program",
     "killed": "was killed by a signal",

@@ -30,6 +30,7 @@ MOST_NAMES = 1000  # of functions listed
 # In limits for one call: what all asks of a submission may take together, with what it loads.
 MOST_CALLS = 60
 LIMIT = 2.0  # s, for one call
+LATE = 0.5  # s, by which a call may end later: a worker that does not end it itself is killed
 LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 
 
@@ -74,7 +75,7 @@ class Student:
         submission: Submission,
         isolate: str = "process",
         limit: float = LIMIT,
-        total: float = 10.0,
+        total: float = 20.0,
         memory: int = 1 << 30,
         cpu: int = 60,
         modules: dict[str, str] | None = None,
@@ -143,8 +144,8 @@ class Student:
         given: dict[str, Callable] | None = None,
         tried: Tried | None = None,
     ) -> list[Reply]:
-        """Return a Reply for each row of `function(*row)`; after three lost workers the rest get
-        the same kind unasked.
+        """Return a Reply for each row of `function(*row)`; the rest is not asked after three lost
+        workers, or where the time for all is over.
 
         constants: other values for names in `constants`, with which the file is run anew; limit:
             seconds for one call.
@@ -176,10 +177,7 @@ class Student:
         replies, left = [], self._total
         while len(replies) < len(rows):
             if self._budget <= 0:
-                lost = Reply(
-                    "timeout", text="the file has used up the time for all its calls together"
-                )
-                return replies + [lost] * (len(rows) - len(replies))
+                return _unasked(replies, rows, "the file has used up the time for all its calls")
             if self._worker is None and not self._hopeless:
                 self._load()
             if self._worker is None:
@@ -201,15 +199,16 @@ class Student:
             finally:
                 self._budget -= time.monotonic() - start
             left -= time.monotonic() - start
-            if left <= 0:
-                lost = Reply("timeout", text=f"the calls took more than {self._total:g} s together")
             self.close()
+            if left <= 0:
+                words = f"the calls before it took {self._total:g} s together"
+                return _unasked(replies, rows, words)
             if used and len(replies) == done and lost.kind != "timeout":
                 continue  # an earlier ask may have broken the worker: this one gets one of its own
             replies.append(lost)
             self._losses[function] = self._losses.get(function, 0) + 1
-            if self._losses[function] >= MOST_LOSSES or left <= 0:
-                replies += [lost] * (len(rows) - len(replies))
+            if self._losses[function] >= MOST_LOSSES:
+                return _unasked(replies, rows, f"{MOST_LOSSES} calls like it gave no answer")
         return replies
 
     def _mend(self, refused):
@@ -228,6 +227,8 @@ class Student:
             "rows": rows,
             "constants": constants,
             "given": [*given],
+            # A call that waits for right answers must not be ended while it reads one.
+            "limit": 0 if given else limit,
             "form": self.form,
             "tried": tried and vars(tried) | {"numbers": tried.numbers[len(replies) :]},
         }
@@ -241,7 +242,7 @@ class Student:
         if tried:
             self.changes, self.count = told(data.get("changes")), whole(data.get("count"))
         for _ in rows:
-            until = min(time.monotonic() + limit, end)
+            until = min(time.monotonic() + limit + LATE, end)
             while (data := self._worker.receive(nonce, until - time.monotonic())).get(
                 "k"
             ) == "asks":
@@ -349,6 +350,11 @@ class Student:
                 " can read"
             )
         self.notes = tuple(notes)
+
+
+def _unasked(replies, rows, why):
+    """Return the replies, and for the rows that are left why they are not asked."""
+    return replies + [Reply("unasked", text=why)] * (len(rows) - len(replies))
 
 
 def _bare(name):

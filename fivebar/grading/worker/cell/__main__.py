@@ -13,11 +13,12 @@ import contextlib
 import io
 import json
 import os
+import signal
 import sys
 import types
 from collections.abc import Callable
 
-from answers import call, plain
+from answers import call, end_call, plain
 from changes import Trials
 from confine import confine
 from loading import FILE, OwnImports, Siblings, load, methods, outline, own_values, statements
@@ -127,6 +128,7 @@ def main() -> None:
     loaded = {"names": names, "trouble": trouble, "numbers": numbers, "outline": functions}
     send({"n": nonce, "k": "loaded", **loaded})
 
+    signal.signal(signal.SIGALRM, end_call)
     trials = Trials(statements(request["source"], FILE)[0])
     last: tuple = ({}, module)
 
@@ -173,7 +175,7 @@ def main() -> None:
         for place, row in enumerate(request["rows"]):
             if tried:
                 changed.switch(named, tried["numbers"][place])
-            answer = call(named[request["function"]], row, FILE)
+            answer = call(named[request["function"]], row, FILE, request["limit"])
             answer["n"] = nonce
             if tried:
                 answer |= changed.seen(named)

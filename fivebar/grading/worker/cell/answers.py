@@ -4,6 +4,7 @@ only.
 
 from __future__ import annotations
 
+import signal
 import sys
 import time
 import types
@@ -92,13 +93,31 @@ def _other(kind, text):
     return {"~": "other", "type": kind.__name__[:MOST_TEXT], "text": text}
 
 
-def call(function: Callable, row: list, file: str) -> dict:
+class OutOfTime(BaseException):
+    """A call has taken all of its time."""
+
+
+def end_call(*_: object) -> None:
+    """End the call that runs, as its timer's signal asks. Raises OutOfTime."""
+    raise OutOfTime
+
+
+def call(function: Callable, row: list, file: str, limit: float = 0.0) -> dict:
     """Return what `function(*row)` did: kind "k", value "v" or text "t" with the line "l" in
     `file`, and seconds "s" of processor time.
+
+    limit: seconds after which `end_call` ends it, 0 for none.
     """
     start = time.process_time()
     try:
-        value = function(*row)
+        if limit:
+            signal.setitimer(signal.ITIMER_REAL, limit)
+        try:
+            value = function(*row)
+        finally:
+            left = signal.setitimer(signal.ITIMER_REAL, 0)[0] if limit else 1
+        if not left:  # the function has caught its end, and gone on
+            raise OutOfTime
         try:
             answer: dict = {"k": "value", "v": plain(value)}
         except OverflowError:
@@ -107,6 +126,8 @@ def call(function: Callable, row: list, file: str) -> dict:
                 "t": f"more than {MOST_NUMBERS} numbers, or {DEEPEST} lists in each other",
             }
         del value
+    except OutOfTime as error:
+        answer = {"k": "timeout", "t": f"no answer within {limit:g} s", "l": _line(error, file)}
     except BaseException as error:
         answer = failure(error, file)
     answer["s"] = time.process_time() - start
