@@ -316,6 +316,8 @@ BOTH = "elbow, tip, but for names and formatting"
     [
         (RENAMED, BOTH),
         (ORIGINAL.replace("\n", "\r\n\r\n") + "print(1)\n", BOTH),
+        (RENAMED + "\nx = tip?\n", BOTH),
+        (RENAMED.replace("(-d / 2", "((-d / 2"), ""),
         (ORIGINAL.replace("l11*y", "l11*x").replace("l12*s", "l12*c"), ""),
         (ORIGINAL.replace("- d/2", "+ d/2").replace("-d/2", "d/2"), ""),  # tip alone is short
     ],

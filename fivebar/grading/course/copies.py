@@ -9,6 +9,8 @@ from collections import Counter
 from collections.abc import Mapping
 from itertools import combinations
 
+from ..worker.cell.reading import statements
+
 # The most of a source that is parsed: Python's parser takes time.
 MOST_LETTERS = 60_000
 MOST_LINE = 4000
@@ -28,15 +30,12 @@ def equal_programs(
     of a class have, as another template may have it, or what is so short that all must write it.
     asked: the names of functions that a lab gives.
     """
-    handed_out = functions(template, asked) or {}
+    handed_out = functions(template, asked)
     parts: dict[str, dict[str, tuple[str, int]]] = {}
     for student, source in sources.items():
-        found = functions(source, asked)
-        if found is None:  # it cannot be parsed: to be compared as it is
-            found = {source: ("all", LEAST)}
         parts[student] = {
             text: told
-            for text, told in found.items()
+            for text, told in functions(source, asked).items()
             if told[1] >= SHORTEST and text not in handed_out
         }
     owners = Counter(text for found in parts.values() for text in found)
@@ -58,23 +57,23 @@ def _words(sources, parts, first, *others):
     return f"{', '.join(names)}, but for names and formatting"
 
 
-def functions(source: str, asked: frozenset[str]) -> dict[str, tuple[str, int]] | None:
+def functions(source: str, asked: frozenset[str]) -> dict[str, tuple[str, int]]:
     """Return the functions and classes of a program with plain names, each as text -> (its own
-    name, its number of syntax nodes); None where the program cannot be parsed.
+    name, its number of syntax nodes); the program as it is, too, where not all can be parsed.
     """
     longest_line = max(map(len, source.split("\n")))
     if len(source) > MOST_LETTERS or longest_line > MOST_LINE:
-        return None
+        return {source: ("all", LEAST)}
+    body, error = statements(source, "")
+    found = {source: ("all", LEAST)} if error else {}
+    given = _given_names(ast.Module(body, [])) - asked
     try:
-        tree = ast.parse(source)
-        given = _given_names(tree) - asked
-        found = {}
-        for node in tree.body:
+        for node in body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef):
                 name = node.name
                 found[_plain(node, given)] = name, sum(1 for _ in ast.walk(node))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return None
+    except RecursionError:  # too deep to be written as text
+        found[source] = "all", LEAST
     return found
 
 

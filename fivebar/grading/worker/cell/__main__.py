@@ -21,7 +21,8 @@ from collections.abc import Callable
 from answers import call, end_call, plain
 from changes import Trials
 from confine import confine
-from loading import FILE, OwnImports, Siblings, load, methods, outline, own_values, statements
+from loading import FILE, OwnImports, Siblings, load, methods, outline, own_values
+from reading import deep, statements
 from scopes import REWRITES
 from stand_in import StandIn
 
@@ -129,7 +130,8 @@ def main() -> None:
     send({"n": nonce, "k": "loaded", **loaded})
 
     signal.signal(signal.SIGALRM, end_call)
-    trials = Trials(statements(request["source"], FILE)[0])
+    with deep():
+        trials = Trials(statements(request["source"], FILE)[0])
     last: tuple = ({}, module)
 
     while True:

@@ -19,7 +19,7 @@ from typing import Any
 
 from additions import additions
 from alternatives import FIRST_ADDED, alternatives, operators, places
-from loading import deep
+from reading import deep
 from scopes import Scope, compiled, exchanged, other_leg, put_in, scopes, short
 from watched import Watched
 

@@ -7,15 +7,14 @@ from them follows.
 import __future__
 
 import ast
-import contextlib
 import importlib.machinery
 import importlib.util
-import re
 import sys
 import types
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 
 from answers import failure, plain
+from reading import deep, statements
 
 FILE = "<student>"
 _SCOPES = (
@@ -30,11 +29,7 @@ _SCOPES = (
 )
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 _CALCULATORS = {"math", "np", "numpy"}
-_START = re.compile(r"[A-Za-z_@(\[\"']")
 MOST_OUTLINED = 300  # functions whose calls are told
-DEEP = 20_000  # calls in each other, to read a source
-_HEAD = re.compile(r"def \w+\([^()]*\)")
-_CONTINUED = re.compile(r"(elif|else|except|finally)\b")
 
 
 def load(
@@ -136,7 +131,9 @@ def _is_known(package):
 
 def _run(module, file, source, notebook, skip, announce, constants, rewrite):
     """Return (first trouble or None, numbers) after running a source in a module."""
-    body, trouble = statements(source, file)
+    with deep():
+        body, error = statements(source, file)
+    trouble = failure(error, file) if error else None
     if notebook:
         used = _used(body)
         body = [node for node in body if _is_definition(node) or node in used]
@@ -174,7 +171,9 @@ def outline(sources: list[tuple[str, str]]) -> dict[str, list[list[str]]]:
     """
     defined: dict = {}
     for source, file in sources:
-        for node in statements(source, file)[0]:
+        with deep():
+            body, _ = statements(source, file)
+        for node in body:
             for name in {node.name} if hasattr(node, "name") else _stored(node):
                 defined.setdefault(name, []).append(node)
     return {
@@ -194,17 +193,6 @@ def _arguments(node):
 def _mentioned(nodes):
     parts = (part for node in nodes for part in ast.walk(node))
     return {part.id for part in parts if isinstance(part, ast.Name)}
-
-
-@contextlib.contextmanager
-def deep() -> Iterator[None]:
-    """Let Python read expressions of some thousand terms, as symbolic packages print them."""
-    limit = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(limit, DEEP))
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(limit)
 
 
 def own_values(module: types.ModuleType) -> list:
@@ -282,52 +270,6 @@ def _number(value):
         return float(value) if type(value) in (int, float) and abs(value) < float("inf") else None
     except Exception:
         return None
-
-
-def statements(source: str, file: str) -> tuple[list[ast.stmt], dict | None]:
-    """Return a source's statements, as far as they can be read, and the trouble with it."""
-    try:
-        with deep():
-            return ast.parse(source, file).body, None
-    except Exception as error:
-        return _pieces(source, file), failure(error, file)
-
-
-def _pieces(source, file):
-    """Return the top-level statements of a file with syntax errors that can be read by
-    themselves; a function that cannot be read raises its error.
-    """
-    lines = [f"{line}\n" for line in source.split("\n")]
-    starts = [
-        i
-        for i, line in enumerate(lines)
-        if _START.match(line)
-        and not _CONTINUED.match(line)
-        and not (i and lines[i - 1].startswith("@"))
-    ]
-    body = []
-    for start, stop in zip(starts, [*starts[1:], len(lines)]):
-        text = "".join(lines[start:stop])
-        try:
-            piece = ast.parse(text, file)
-        except Exception as error:
-            piece = _raising(text, error)
-        body += ast.increment_lineno(piece, start).body
-    return body
-
-
-def _raising(text, error):
-    """Return a function of the same head as one that cannot be read, which raises why in the line
-    that is wrong; nothing where the head cannot be read either.
-    """
-    head = _HEAD.match(text)
-    if not head or not isinstance(error, SyntaxError):
-        return ast.Module([], [])
-    below = "\n" * (error.lineno - 1 - head[0].count("\n"))
-    try:
-        return ast.parse(f"{head[0]}:{below} raise SyntaxError({error.msg!r})")
-    except SyntaxError:
-        return ast.Module([], [])
 
 
 def _used(body):
