@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.paths.placing.branch_and_bound import BranchAndBound, Cells
 from fivebar.paths.placing.clearance import Clearance
 from fivebar.paths.placing.place import Placed
 from fivebar.paths.placing.search import Found, Search
@@ -36,55 +35,17 @@ def search_in(rooms, paths, turn=0.0, margin=0.0, page=None):
     return Search(paths, rooms, turn, margin, page)
 
 
-def test_each_stroke_is_put_into_the_region_that_has_most_room_for_it(rooms):
-    paths = [fb.path([(0, 0), (0.01, 0)]), fb.path([(0, 0.2), (0.01, 0.2)])]
-    search = search_in(rooms, paths)
-    bounds = BranchAndBound(search, 1.0, True)
-    rng = np.random.default_rng(3)
-    middle = np.vstack([rng.uniform(-0.15, 0.15, (2, 40)), rng.uniform(0, 6, 40), np.ones(40)])
-    cells = Cells(middle, 0 * middle, np.full(40, -1))
-    chosen = set()
-    for at in range(40):
-        x, y, turn, scale = middle[:, at]
-        z = x + 1j * y + scale * np.exp(1j * turn) * search.z
-        room = np.array([each.rough(z)[0] for each in rooms])
-        room = np.stack([room[:, search.owner == k].min(axis=1) for k in (0, 1)])
-        which = bounds._which(cells, at)
-        chosen.add(which)
-        for k in (0, 1):
-            assert room[k, which[k]] > room[k].max() - 3 * np.hypot(*rooms[0].steps)
-    assert len(chosen) > 1
-    alone = BranchAndBound(search, 1.0)
-    assert alone._which(Cells(middle, 0 * middle, np.ones(40, dtype=int)), 3) == (1, 1)
-
-
-def test_holes_bound_the_clearance_of_pages():
+def test_holes_count_where_the_search_of_a_page_begins():
+    """A place of the page around a hole has no more than what the hole's depth leaves."""
     page = fb.path([(0, 0), (0.3, 0), (0.3, 0.2), (0, 0.2), (0, 0)])
-    holes = np.array([0.02 + 0.05j, -0.1j, 3.0])
-    search = search_in([SimpleNamespace(holes=holes)], [page], page=(0.3, 0.2))
-    bounds = BranchAndBound(search, 1.0)
-    rng = np.random.default_rng(5)
-    middle = np.vstack([rng.uniform(-0.2, 0.2, (2, 30)), rng.uniform(0, 6, 30), np.ones(30)])
-    half = np.vstack([np.full((2, 30), 0.01), np.full(30, 0.1), np.full(30, 0.05)])
-
-    def depth(at):
-        x, y, turn, scale = at
-        return search.off_page(holes, x + 1j * y, turn, scale).min(axis=1)
-
-    cells = Cells(middle, half, np.zeros(30, dtype=int))
-    known, bound = bounds._around_holes(cells, 0)
-    np.testing.assert_allclose(known, depth(middle))
-    assert 5 < np.isfinite(known).sum() < 30
-    for _ in range(30):
-        inside = middle + rng.uniform(-1, 1, middle.shape) * half
-        seen = depth(inside)
-        both = np.isfinite(seen) & np.isfinite(known)
-        assert (seen[both] <= bound[both]).all()
-    moved = np.hypot(0.01, 0.01) + 0.05 * search.size
-    finite = np.isfinite(known)
-    assert (bound[finite] - known[finite]).max() < moved + 0.1 * 2 * search.size
-    same, exact = bounds._around_holes(Cells(middle, 0 * half, cells.region), 0)
-    np.testing.assert_array_equal(same, exact)
+    holes = np.array([0.02 + 0.05j, -0.1j])
+    room = SimpleNamespace(holes=holes, low=-1 - 1j, high=1 + 1j, coarse=lambda z: 0 * z.real + 1)
+    search = search_in([room], [page], turn=None, page=(0.3, 0.2))
+    starts = search.starts(1.0, False)
+    assert starts and all(start.clearance == 1.0 for start in starts)
+    for start in starts:
+        away = (holes - start.shift) * np.exp(-1j * start.turn)
+        assert ((np.abs(away.real) > 0.15) | (np.abs(away.imag) > 0.1)).all()
 
 
 @pytest.mark.deep
@@ -94,18 +55,13 @@ def test_a_path_grows_until_its_margin_is_left(rooms):
     margin = 0.3 * disc.radius
     search = search_in(rooms, [path], None, margin)
     start = Found(0.0, (0,), disc.center @ (1, 1j), 0.4, 1.0)
-    found = search.grown(start)
+    found = search.grown(search.best([start]))
     clearance, _ = search.exactly(found)
     assert margin < clearance < margin + 1e-5 and found.scale > 5
-    assert search.keeps(found) and not search.keeps(found._replace(scale=1.001 * found.scale))
-    assert search.at_scale(found, 1.001 * found.scale) is None
-    search.improved = lambda start, growing=False: found if growing else start
-    search.keeps = lambda found: True
-    start = start._replace(clearance=2 * margin)
-    assert search.grown(start, 1.001 * found.scale) is None
-    assert search.grown(start, 0.999 * found.scale) == found
-    assert search.grown(start._replace(clearance=0.999 * margin)) is None
-    assert search.at_scale(found, 0.5 * found.scale).scale == 0.5 * found.scale
+    assert found.clearance == clearance
+    assert search.best([found]) and not search.best([found._replace(scale=1.001 * found.scale)])
+    again = search.largest(False)
+    assert again.scale > 0.999 * found.scale and search.exactly(again)[0] > margin
 
 
 class Region(NamedTuple):
@@ -121,23 +77,19 @@ def test_a_placement_in_words():
     assert placed.working == (1, -1) and placed.scale == 1.0
     words = "working (+1, -1), aspect 3, 0.25 m from its boundary"
     assert repr(placed) == f"<Placed: {fb.Placement()!r}, {words}>"
-    region = Placed(path, fb.Placement(), other, 0.25, np.zeros(2), 0.26)
-    assert repr(region).endswith(
-        "working (-1, -1), region 5, 0.25 m from its boundary, 0.26 m at most>"
-    )
+    region = Placed(path, fb.Placement(), other, 0.25, np.zeros(2))
+    assert repr(region).endswith("working (-1, -1), region 5, 0.25 m from its boundary>")
     both = Placed(
         path,
         fb.Placement(),
         part,
         0.25,
         np.zeros(2),
-        None,
         2.0,
-        2.5,
         ((path, part), (path, other), (path, part)),
     )
     words = "working (+1, -1), (-1, -1), aspects 3, 5, 0.25 m from its boundary"
-    assert repr(both).endswith(f"{words}, scale 2.5 at most>")
+    assert repr(both).endswith(f"{words}>")
 
 
 @pytest.mark.parametrize("scale, page", [(1.5, None), (None, (0.02, 0.01))])
@@ -149,11 +101,13 @@ def test_what_is_found_is_handed_on(rooms, monkeypatch, scale, page):
     found = Found(0.1, (0,), centre @ (1, 1j), 7.0, 1.5)
     asked = []
 
-    def best(search, scale):
-        asked.append((search.margin, search.turn, scale, search.page, len(search.clearances)))
-        return found, 2.5
+    def best(search, starts):
+        asked.append((search.margin, search.turn, starts, search.page, len(search.clearances)))
+        return found
 
-    monkeypatch.setattr(module, "_best", best)
+    monkeypatch.setattr(Search, "starts", lambda search, scale, mixed: scale)
+    monkeypatch.setattr(Search, "best", best)
+    monkeypatch.setattr(Search, "largest", lambda search, mixed: best(search, None))
     monkeypatch.setattr(module, "_regions", lambda *given: [room.part])
     monkeypatch.setattr(module, "Clearance", lambda part: room)
     path = fb.path([(0, 0), (0.03, 0), (0.03, 0.02)])
@@ -171,26 +125,25 @@ def test_what_is_found_is_handed_on(rooms, monkeypatch, scale, page):
     np.testing.assert_allclose(start, placed.placement((0.0, 0.0)), atol=1e-15)
     assert placed.clearance == pytest.approx(room.along(placed.path)[0], abs=1e-9)
     assert room.exact(np.array([placed.nearest @ (1, 1j)]))[0] == pytest.approx(placed.clearance)
-    bounds = (2.5, None, None) if scale else (None, 1.5, 2.5)
-    assert (placed.clearance_bound, placed.largest, placed.largest_bound) == bounds
+    assert placed.largest == (None if scale else 1.5)
     ((stroke, part),) = placed.strokes
     assert part is room.part and stroke.length == placed.path.length
 
 
 def test_rooms_without_the_margin_are_left_out_of_the_search(rooms, monkeypatch):
-    """But the bound counts what a grid may not see of them."""
     module = importlib.import_module("fivebar.paths.placing.place")
-    narrow = SimpleNamespace(part=rooms[1].part, most=0.01, least_seen=0.3)
+    narrow = SimpleNamespace(part=rooms[1].part, most=0.01)
     given = iter([narrow, rooms[0], narrow, narrow])
     centre = fb.largest_disc(rooms[0].part).center @ (1, 1j)
     found = Found(0.1, (0,), centre, 0.0, 1.0)
     monkeypatch.setattr(module, "Clearance", lambda part: next(given))
     monkeypatch.setattr(module, "_regions", lambda *given: [room.part for room in rooms])
-    monkeypatch.setattr(module, "_best", lambda search, scale: (found, 0.2))
+    monkeypatch.setattr(Search, "starts", lambda search, scale, mixed: search.clearances)
+    monkeypatch.setattr(Search, "best", lambda search, starts: found)
     kept = fb.Constraints(clearance=0.01)
     path = fb.path([(0, 0), (0.01, 0)])
     placed = fb.place(ROBOT, path, constraints=kept)
-    assert placed.clearance_bound == 0.3 and placed.aspect is rooms[0].part
+    assert placed.aspect is rooms[0].part
     for working, words in ((None, "workspace keeps"), ((1, 1), "workspace in these modes keeps")):
         given = iter([narrow, narrow])
         with pytest.raises(ValueError, match=f"nothing of the {words} the clearance"):
@@ -208,26 +161,37 @@ def test_what_cannot_be_placed():
             fb.place(ROBOT, **options)
 
 
-@pytest.mark.parametrize("scale", [1.0, None])
-def test_strokes_go_apart_only_where_one_region_does_not_hold_them(monkeypatch, scale):
+@pytest.mark.parametrize("scale", [1.5, None])
+@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("fits", [True, False])
+def test_strokes_go_apart_only_where_one_region_does_not_hold_them(
+    rooms, monkeypatch, scale, count, fits
+):
+    """Where the scale is free, also where they become larger."""
     module = importlib.import_module("fivebar.paths.placing.place")
-    answers = {}
+    given = iter(rooms)
+    monkeypatch.setattr(module, "Clearance", lambda part: next(given))
+    monkeypatch.setattr(module, "_regions", lambda *given: [room.part for room in rooms])
+    at = fb.largest_disc(rooms[0].part).center @ (1, 1j)
+    together = Found(0.1, (0,) * count, at, 0.0, 1.5)
+    apart = Found(0.2, (0, 1)[:count], at, 0.0, 2.0)
+    asked = []
 
-    class Fake:
-        def __init__(self, search, scale, mixed=False):
-            self.key = mixed
+    def best(search, mixed):
+        asked.append(mixed)
+        return apart if mixed else together if fits else None
 
-        def run(self, most=None):
-            return answers[self.key]
-
-    monkeypatch.setattr(module, "BranchAndBound", Fake)
-    one, apart = Found(0.1, (0, 0), 0j, 0.0, 1.0), Found(0.2, (0, 1), 0j, 0.0, 2.0)
-    both, single = (SimpleNamespace(paths=paths, grown=lambda *_: None) for paths in ([1, 2], [1]))
-    answers = {False: (one, 0.5), True: (apart, 0.7)}
-    assert module._best(single, scale) == (one, 0.5)
-    assert module._best(both, scale) == ((one, 0.5) if scale else (apart, 0.7))
-    answers = {False: (None, 0.5), True: (apart, 0.3)}
-    assert module._best(both, scale) == ((apart, 0.3) if scale else (apart, 0.5))
-    assert module._best(single, scale) == (None, 0.5)
-    answers = {False: (None, 0.5), True: (None, 0.3)}
-    assert module._best(both, None) == (None, 0.5)
+    monkeypatch.setattr(Search, "starts", lambda search, scale, mixed: mixed)
+    monkeypatch.setattr(Search, "best", best)
+    monkeypatch.setattr(Search, "largest", best)
+    monkeypatch.setattr(Search, "settled", lambda search, found: found)
+    path = fb.path([[(0, 0), (0.01, 0)], [(0, 0.01), (0.01, 0.01)]][:count])
+    if count == 1 and not fits:
+        with pytest.raises(ValueError, match="nothing larger than a point"):
+            fb.place(ROBOT, path, scale=scale, strokes=True)
+        return
+    placed = fb.place(ROBOT, path, scale=scale, strokes=True)
+    goes_apart = count == 2 and not (fits and scale)
+    assert placed.scale == (2.0 if goes_apart else 1.5)
+    assert len({part.number for _, part in placed.strokes}) == 1 + goes_apart
+    assert asked == ([False, True] if goes_apart else [False])

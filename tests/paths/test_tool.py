@@ -284,7 +284,6 @@ def test_placing_finds_the_clearance_it_says():
     nearest = np.abs((points @ (1, 1j))[:, None] - loci).min()
     assert nearest == pytest.approx(placed.clearance, abs=2e-5)
     assert nearest > placed.clearance - 1e-9
-    assert placed.clearance <= placed.clearance_bound <= 1.01 * placed.clearance
     assert fb.check_path(robot, placed.path.at_unit_speed, MODES).singularity_free
     with pytest.raises(ValueError, match="largest scale found to fit"):
         fb.place(robot, path, tool=tool, working=MODES, turn=0.0, scale=9.0)
@@ -318,7 +317,7 @@ def test_a_page_and_strokes_are_placed_for_a_tool():
 
 
 @pytest.mark.deep
-def test_no_random_placement_has_more_clearance_than_is_proved():
+def test_no_random_placement_has_more_clearance():
     rng = np.random.default_rng(4)
     drawn = fb.path([(0.0, 0.0), (0.02, 0.0), (0.02, 0.015)])
     for robot, tool, _, working in random_tools(rng, 3):
@@ -331,7 +330,7 @@ def test_no_random_placement_has_more_clearance_than_is_proved():
             z = z + 1j * rng.uniform(border.imag.min(), border.imag.max(), (400, 1))
             held = inside(region.boundary, z.ravel()).reshape(z.shape).all(axis=1)
             nearest = [np.abs(each[:, None] - border).min() for each in z[held]]
-            assert max(nearest, default=0.0) < placed.clearance_bound
+            assert max(nearest, default=0.0) < 1.01 * placed.clearance
 
 
 def test_regions_of_a_tool_in_the_joint_are_the_aspects():

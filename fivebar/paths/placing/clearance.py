@@ -4,6 +4,8 @@ of what is kept.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -17,7 +19,6 @@ from ..pieces import Arc, Piece, Polynomial
 SAMPLES = 160  # of the path, on which the search of its room begins
 BORDER = 6000  # samples of what bounds an aspect
 GRID = 64  # nodes a side, at which the distance from it is known before the search
-CORNERS = ((-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5))  # of a cell, in steps from a point
 TIGHT = 1e-9  # of the path's length: to so much the room is known
 
 
@@ -59,17 +60,10 @@ class Clearance:
         y = self.low.imag + y_step * np.arange(GRID)
         nodes = x[:, None] + 1j * y
         self.nodes = nodes.ravel()
-        distance, k = self.tree.query(pairs(self.nodes))
-        self.nearest_to_nodes = self.border[k]
+        distance, _ = self.tree.query(pairs(self.nodes))
         self.is_inner = self.within(self.nodes, exactly=False)
-        # A thinner region may have no node.
-        self.least_seen = float(np.hypot(x_step, y_step) / 2)
-        self.most = 0.0
-        inner = distance[self.is_inner]
-        if len(inner):
-            self.most = float(inner.max()) + self.least_seen
-        # Samples of the border are nowhere farther apart than `spacing`.
-        self.above_nodes = np.where(self.is_inner, np.inf, self.spacing - distance)
+        self.at_nodes = np.where(self.is_inner, distance, -distance)
+        self.most = float(distance[self.is_inner].max(initial=0.0) + np.hypot(x_step, y_step) / 2)
 
     def _loop(self, arcs):
         return np.concatenate([arc.dense(self.spacing) for arc in arcs])
@@ -130,49 +124,15 @@ class Clearance:
             within[unknown] = self.within(z[unknown], exactly=False)
         return within
 
-    def _nearest_node(self, z, x=0.0, y=0.0):
-        """Return the numbers of the nodes nearest to so many steps in x and y from points."""
+    def _nearest_node(self, z):
+        """Return the numbers of the nodes nearest to points."""
         away = z - self.low
         x_step, y_step = self.steps
-        i = _node_number(away.real / x_step + x)
-        j = _node_number(away.imag / y_step + y)
-        return i * GRID + j
+        return _node_number(away.real / x_step) * GRID + _node_number(away.imag / y_step)
 
-    def bounds(self, z: np.ndarray, beside: tuple = ((0.0, 0.0),)) -> np.ndarray:
-        """Return what the signed distances of points do not exceed, fast, from the grid.
-
-        A point within is no farther from the border than from the sample that is nearest to its
-        node. A node outside is that deep, less the way to it. beside: the nodes are those nearest
-        to so many steps from a point.
-        """
-        result = np.full(z.shape, np.inf)
-        for x, y in beside:
-            node = self._nearest_node(z, x, y)
-            foot = self.nearest_to_nodes[node]
-            distance = np.abs(z - foot)
-            depth = self._depths(z, node)
-            bound = np.minimum(distance, depth)
-            result = np.minimum(result, bound)
-        return result
-
-    def feet(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nearest samples of the border, and sharper bounds of the signed distances."""
-        distance, k = self.tree.query(pairs(z))
-        node = self._nearest_node(z)
-        depth = self._depths(z, node)
-        return self.border[k], np.minimum(distance, depth)
-
-    def _depths(self, z, node):
-        """Return bounds of signed distances: below 0 outside, inf within."""
-        depth = self.above_nodes[node] + np.abs(z - self.nodes[node])
-        left = self.low.real - z.real
-        right = z.real - self.high.real
-        lower = self.low.imag - z.imag
-        upper = z.imag - self.high.imag
-        sides = np.maximum(left, right)
-        levels = np.maximum(lower, upper)
-        beyond = np.maximum(sides, levels)
-        return np.where(beyond > 0, np.minimum(depth, -beyond), depth)
+    def coarse(self, z: np.ndarray) -> np.ndarray:
+        """Return the signed distances of the nodes nearest to points."""
+        return self.at_nodes[self._nearest_node(z)]
 
     def exact(self, z: np.ndarray) -> np.ndarray:
         """Return the distances of points (n,) from all that bounds."""
@@ -194,13 +154,11 @@ class Clearance:
         distance, _ = self.tree.query(pairs(z))
         return distance - 0.51 * self.spacing
 
-    def along(
-        self, path: Path, least: float = -np.inf, most: float = np.inf
-    ) -> tuple[float, complex | None]:
+    def along(self, path: Path, most: float = np.inf) -> tuple[float, Any]:
         """Return the clearance of a placed path, and the point where it is least.
 
-        It is at most 0 where the path leaves. least: where the clearance is no more than that, some
-        such distance is returned. most: where it is no less, that is returned, and None.
+        It is at most 0 where the path leaves. most: where the clearance is no less, that is
+        returned, and None.
 
         The distance f(s) from a point of the border has (f^2)'' <= 2 c with c = max |xi_s|^2 + max
         f |xi_ss|. So between a and b the square of the clearance is at least the least of its
@@ -230,8 +188,6 @@ class Clearance:
             if known[k] < best:
                 best = float(known[k])
                 at = complex(z[k])
-            if best <= least:
-                break
             middle = (s[:-1] + s[1:]) / 2
             piece = np.searchsorted(path.knots, middle, side="right")
             piece = np.clip(piece - 1, 0, len(bounds) - 1)

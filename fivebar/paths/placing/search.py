@@ -1,21 +1,30 @@
-"""Placements of paths in aspects: their clearances, and how placements are improved."""
+"""Placements of paths in aspects: first ones on a grid, their clearances, how they are improved."""
 
 from __future__ import annotations
 
 import math
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.ndimage import maximum_filter
 from scipy.optimize import linprog
 
+from ...base.progress import progress
 from ..curve import Path
 from ..placement import Placement
 from .clearance import SAMPLES, TIGHT, Clearance
 
-FEW = 24  # points of the paths that bound the clearance in a cell
+SIDE = 20  # places on a side of the grid on which the search begins, in each region
+TURNS = 16  # in a full turn, there
+THIN = 6  # of so many samples of the paths one is looked at, there
+STARTS = 12  # of its placements that are improved
 ROUNDS = 60  # of an improvement, at most
 SEEN = 400  # points of the border that an improvement remembers
-SHRUNK = 13  # times that what has grown too large is made smaller
+SMALL = 1e-3  # of what surely is too large: the scale from which paths grow
+FINE = 1e-8  # of a scale: where it grows by less it is the largest
+GROWN = 1 + 1e-4  # times as large, at least, is worth to look again
 INNER = 12  # points on a side of a page that are looked at beside those of its outline
 CORNERS = 240  # of a path, at most, that are looked at beside its samples
 
@@ -66,58 +75,107 @@ class Search:
         self.middle = complex((z.real.min() + z.real.max()) / 2, (z.imag.min() + z.imag.max()) / 2)
         self.z = z - self.middle
         self.size = float(np.abs(self.z).max())
-        few = [_few(each - self.middle, max(FEW // len(paths), 4)) for each in samples]
-        if page:
-            few = [np.append(few[0], _lattice(page, 3) - self.middle)]
-        self.few = np.concatenate(few)
-        self.first = np.cumsum([0, *(len(each) for each in few[:-1])])
+        self.first = np.searchsorted(self.owner[::THIN], range(len(paths)))
 
-    def exactly(self, found: Found, least: float = -np.inf) -> tuple[float, complex]:
+    def starts(self, scale: float, mixed: bool) -> list[Found]:
+        """Return placements of large clearance, the best first, by the nodes of the rooms' grids.
+
+        mixed: each path may lie in a room of its own.
+        """
+        turns = np.array([self.turn])
+        if self.turn is None:
+            turns = np.arange(TURNS) * 2 * math.pi / TURNS
+        share = (np.arange(SIDE) + 0.5) / SIDE
+        rotation = scale * np.exp(1j * turns)
+        arm = rotation[:, None] * self.z[::THIN]
+        found = []
+        for k, room in enumerate(self.clearances):
+            size = room.high - room.low
+            shift = room.low + size.real * share[:, None] + 1j * size.imag * share
+            z = shift[..., None, None] + arm
+            rooms = self.clearances if mixed else [room]
+            tables = [np.minimum.reduceat(own.coarse(z), self.first, axis=-1) for own in rooms]
+            # Each path lies in the room that has most clearance for it.
+            clearance = np.max(tables, axis=0).min(axis=-1)
+            depth = self.depth(room, shift[..., None], turns, scale)
+            clearance = np.minimum(clearance, depth)
+            modes = ["constant", "constant", "wrap"]  # of turns the last one is beside the first
+            around = maximum_filter(clearance, 3, mode=modes, cval=-np.inf)
+            for i, j, n in np.argwhere(clearance == around):
+                which = np.argmax(tables, axis=0)[i, j, n] if mixed else [k] * len(self.paths)
+                own = tuple(map(int, which))
+                at = complex(shift[i, j])
+                found.append(Found(float(clearance[i, j, n]), own, at, float(turns[n]), scale))
+        found.sort(key=lambda each: -each.clearance)
+        return found[:STARTS]
+
+    def best(self, starts: list[Found]) -> Found | None:
+        """Return the best placement that comes of some, with its exact clearance; None where none
+        keeps the margin.
+        """
+        best = None
+        value = self.margin
+        found = map(self.improved, progress(starts, desc="place", delay=2, leave=False))
+        for each in sorted(found, key=lambda each: -each.clearance):
+            if each.clearance <= value:
+                break
+            clearance, _ = self.exactly(each)
+            if clearance > max(value, self.least(each)):
+                best = each._replace(clearance=clearance)
+                value = clearance
+        return best
+
+    def largest(self, mixed: bool) -> Found | None:
+        """Return the largest placement: grown again from where its scale has most clearance."""
+        sides = [abs(room.high - room.low) for room in self.clearances]
+        best = None
+        found = self.best(self.starts(SMALL * max(sides) / self.size, mixed))
+        while found:
+            best = self.grown(found)
+            found = self.best(self.starts(GROWN * best.scale, mixed))
+        return best
+
+    def grown(self, found: Found) -> Found:
+        """Return the placement as large as it keeps the margin.
+
+        No point moves farther than the paths' size times the growth of the scale, and where the
+        placement is improved, there is clearance to grow on.
+        """
+        steps = 2.0
+        for _ in progress(count(), desc="place", unit=" steps", delay=2, leave=False):
+            spare = found.clearance - self.least(found)
+            growth = steps * spare / self.size
+            if growth < FINE * found.scale:
+                break
+            larger = self.best([found._replace(scale=found.scale + growth)])
+            if larger:
+                found = larger
+            else:
+                steps /= 2
+        return found
+
+    def exactly(self, found: Found) -> tuple[float, complex]:
         """Return the exact clearance of a placement, and the point where it is least."""
         placement = found.placement(self.middle)
-        z = found.shift + found.scale * np.exp(1j * found.turn) * self.z
-        rough = np.minimum.reduceat(
-            self.rough(found.which, z)[0], np.searchsorted(self.owner, range(len(self.paths)))
-        )
         clearance = np.inf
         at = 0j
-        for k in np.argsort(rough):
-            own, where = self.clearances[found.which[k]].along(
-                placement(self.paths[k]), least, clearance
-            )
+        for path, k in zip(self.paths, found.which):
+            own, where = self.clearances[k].along(placement(path), clearance)
             if own < clearance:
                 clearance, at = own, where
-            if clearance <= least:
-                break
-        if self.page:
-            holes = self.clearances[found.which[0]].holes
-            shift = np.array([found.shift])
-            depth = self.off_page(holes, shift, found.turn, found.scale).min(initial=np.inf)
-            clearance = min(clearance, float(depth))
-        return clearance, at
+        depth = self.depth(self.clearances[found.which[0]], found.shift, found.turn, found.scale)
+        return min(clearance, float(depth)), at
 
-    def off_page(
-        self,
-        points: np.ndarray,
-        shift: np.ndarray,
-        turn: np.ndarray | float,
-        scale: np.ndarray | float,
-    ) -> np.ndarray:
-        """Return how deep points (m,) are in pages, (n, m), below 0; inf where they are outside."""
-        away = (points - shift[:, None]) * np.exp(-1j * np.reshape(turn, (-1, 1)))
-        width, height = self.page or (0.0, 0.0)
-        scale = np.reshape(scale, (-1, 1))
+    def depth(self, room: Clearance, shift: ArrayLike, turn: ArrayLike, scale: float) -> np.ndarray:
+        """Return how deep holes of a room are in pages (*batch,), below 0; inf where none is."""
+        if not self.page:
+            return np.array(np.inf)
+        away = (room.holes - np.expand_dims(shift, -1)) * np.exp(-1j * np.expand_dims(turn, -1))
+        width, height = self.page
         x = np.abs(away.real) - scale * width / 2
         y = np.abs(away.imag) - scale * height / 2
         off = np.maximum(x, y)
-        return np.where(off < 0, off, np.inf)
-
-    def at_scale(self, found: Found, scale: float) -> Found | None:
-        """Return a placement at a scale near one of another scale, None if it does not fit."""
-        if found.scale < scale:
-            return None
-        best = self.improved(found._replace(scale=scale))
-        return best if self.keeps(best) else None
+        return np.where(off < 0, off, np.inf).min(axis=-1, initial=np.inf)
 
     def settled(self, found: Found) -> Found:
         """Return the placement with as few changes of rooms as its clearance allows."""
@@ -125,31 +183,22 @@ class Search:
             return found
         clearance, _ = self.exactly(found)
         placement = found.placement(self.middle)
-        which = list(found.which)
-        runs: list[tuple[set[int], int]] = []
-        for n, path in enumerate(self.paths):
+        runs: list[set[int]] = []  # for each path the rooms that hold it and those before it
+        for path, own in zip(self.paths, found.which):
             placed = placement(path)
-            rooms = {which[n]}
+            rooms = {own}
             for k, room in enumerate(self.clearances):
-                if room.along(placed, most=clearance)[0] >= clearance:
+                if room.along(placed, clearance)[0] >= clearance:
                     rooms.add(k)
-            if runs and runs[-1][0] & rooms:
-                common, count = runs[-1]
-                runs[-1] = common & rooms, count + 1
-            else:
-                runs.append((rooms, 1))
-        settled: list[int] = []
-        for rooms, count in runs:
-            settled += [min(rooms)] * count
-        return found._replace(which=tuple(settled))
+            runs.append(runs[-1] & rooms or rooms if runs else rooms)
+        which: list[int] = []
+        for rooms in reversed(runs):
+            which.append(which[-1] if {*which[-1:]} & rooms else min(rooms))
+        return found._replace(which=tuple(reversed(which)))
 
     def least(self, found: Found) -> float:
         """Return what the clearance must be above, so that the margin is kept in spite of TIGHT."""
         return self.margin + 2 * TIGHT * found.scale * max(path.length for path in self.paths)
-
-    def keeps(self, found: Found) -> bool:
-        least = self.least(found)
-        return self.exactly(found, least)[0] > least
 
     def rough(self, which: tuple[int, ...], z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return signed distances of the paths' samples from their borders, and their gradients."""
@@ -160,98 +209,56 @@ class Search:
             away[own == k], normal[own == k] = self.clearances[k].rough(z[own == k])
         return away, normal
 
-    def improved(self, start: Found, growing: bool = False) -> Found:
-        """Return a better placement by linear programs on the distances from the borders.
-
-        growing: of the largest scale that leaves the margin, in place of the largest clearance.
-        """
-        (_, which, shift, turn, scale), turning = start, self.turn is None
-        step = max(0.3 * self.size * scale, 0.1 * min(self.clearances[k].most for k in which))
+    def improved(self, start: Found) -> Found:
+        """Return a better placement by linear programs on the distances from the borders."""
+        _, which, shift, turn, scale = start
+        size = self.size * scale
+        step = max(0.3 * size, 0.1 * min(self.clearances[k].most for k in which))
         seen = np.empty((0, 2), dtype=complex)
-        now = self.rough(which, shift + scale * np.exp(1j * turn) * self.z)
+        arms = scale * np.exp(1j * turn) * self.z
+        away, normal = self.rough(which, shift + arms)
         for _ in range(ROUNDS):
-            z = scale * np.exp(1j * turn) * self.z
-            least = float(now[0].min())
-            near = now[0] < least + 4 * step
-            away = now[0][near]
-            normal = now[1][near]
-            arm = z[near]
+            least = float(away.min())
+            near = away < least + 4 * step
+            distance = away[near]
+            direction = normal[near]
+            arm = arms[near]
             if least > 0 and len(seen):
                 # Where a point is as near to several borders, those met before are kept off too.
-                own = z[seen[:, 0].real.astype(int)]
-                border = seen[:, 1]
-                other = shift + own - border
+                own = arms[seen[:, 0].real.astype(int)]
+                other = shift + own - seen[:, 1]
                 close = np.abs(other) < least + 4 * step
-                away = np.concatenate([away, np.abs(other[close])])
-                normal = np.concatenate([normal, other[close] / np.abs(other[close])])
+                distance = np.concatenate([distance, np.abs(other[close])])
+                direction = np.concatenate([direction, other[close] / np.abs(other[close])])
                 arm = np.concatenate([arm, own[close]])
-            normal = normal.conj()
-            size = self.size * scale
-            # Of dx, dy, the turn and the growth times the paths' size, and of the room, or the
-            # growth alone.
-            rates = np.stack(
-                [normal.real, -normal.imag, (normal * 1j * arm).real, (normal * arm).real], axis=1
-            )
-            rates[:, 2:] /= size
-            free = np.array([1, 1, turning, growing])
-            if growing:
-                cost = [0, 0, 0, -1, 0]
-                rows = np.pad(-rates, ((0, 0), (0, 1)))
-                right = away - self.margin
-                right = np.maximum(right, 0.0) if least >= self.margin else right
-            else:
-                cost = [0, 0, 0, 0, -1]
-                rows = np.column_stack([-rates, np.ones(len(away))])
-                right = away
-            bounds = [*((-step * f, step * f) for f in free), (None, None)]
-            answer = linprog(cost, A_ub=rows, b_ub=right, bounds=bounds)
+            # Of dx, dy and the turn times the paths' size, and of the clearance.
+            turned = (direction.conj() * 1j * arm).real / size
+            rows = np.stack([-direction.real, -direction.imag, -turned, np.ones(len(arm))], axis=1)
+            sides = [(-step, step), (-step, step), (-step, step), (None, None)]
+            if self.turn is not None:
+                sides[2] = 0.0, 0.0
+            answer = linprog([0, 0, 0, -1], A_ub=rows, b_ub=distance, bounds=sides)
             if answer.x is None:
                 step /= 4
                 continue
-            dx, dy, dturn, grown, clearance = answer.x
-            if (grown if growing else clearance - least) < 1e-8 * size:
+            dx, dy, dturn, clearance = answer.x
+            if clearance - least < 1e-8 * size:
                 break
-            trial = shift + complex(dx, dy), turn + dturn / size, scale * (1 + grown / size)
-            placed = trial[0] + trial[2] * np.exp(1j * trial[1]) * self.z
-            then = self.rough(which, placed)
+            trial = shift + complex(dx, dy), turn + dturn / size
+            placed = scale * np.exp(1j * trial[1]) * self.z
+            then = self.rough(which, trial[0] + placed)
             met = np.flatnonzero(then[0] < then[0].min() + step)
-            seen = np.concatenate(
-                [seen, np.stack([met, placed[met] - then[0][met] * then[1][met]], axis=1)]
-            )[-SEEN:]
-            if growing:
-                better = then[0].min() >= min(self.margin, least) and trial[2] > scale
-            else:
-                better = then[0].min() > least
-            if better:
-                (shift, turn, scale), now = trial, then
+            feet = trial[0] + placed[met] - then[0][met] * then[1][met]
+            seen = np.concatenate([seen, np.stack([met, feet], axis=1)])[-SEEN:]
+            if then[0].min() > least:
+                shift, turn = trial
+                arms = placed
+                away, normal = then
             else:
                 step /= 3
             if step < 1e-7 * size:
                 break
-        return Found(float(now[0].min()), which, shift, turn, scale)
-
-    def grown(self, start: Found, least_scale: float = 0.0) -> Found | None:
-        """Return the largest placement grown from a start, None where that is not larger."""
-        first = self.improved(start)
-        if first.clearance <= self.margin:
-            return None
-        found = self.improved(first, growing=True)
-        if found.scale <= least_scale:
-            return None
-        least = self.least(found)
-        for k in range(SHRUNK):  # the search knows path and border from samples
-            clearance, _ = self.exactly(found)
-            if clearance > least:
-                return found
-            # Growth changes distances by no more than this: so much less is enough, but where the
-            # samples are on both sides of a border.
-            less = max(
-                1.1 * (least - clearance) / self.size, 1e-9 * 8.0 ** max(k - 3, 0) * found.scale
-            )
-            if less >= 0.5 * found.scale:
-                break
-            found = found._replace(scale=found.scale - less)
-        return first if self.keeps(first) else None
+        return Found(float(away.min()), which, shift, turn, scale)
 
 
 def _lattice(page, count):
@@ -265,13 +272,3 @@ def _samples(path, count):
     corners = np.array([stop.s for stop in path.stops])
     corners = corners[:: math.ceil(len(corners) / CORNERS)]
     return path(np.union1d(np.linspace(0, path.length, count), corners))[0] @ (1, 1j)
-
-
-def _few(z, count):
-    """Of points those that are farthest in some directions, and some between."""
-    ways = np.exp(2j * np.pi * np.arange(count // 2) / (count // 2))
-    far = (z[:, None] * ways.conj()).real.argmax(axis=0)
-    between = np.linspace(0, len(z) - 1, count - count // 2)
-    between = between.round().astype(int)
-    chosen = np.union1d(far, between)
-    return z[chosen]
