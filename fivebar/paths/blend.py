@@ -5,7 +5,6 @@ that follow a curve, fit the curve.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from .pieces import Piece, Polynomial
 
 ALONG = np.linspace(0, 1, 17)
 BACK = -0.9995  # cosine of a turn, from which on it is a turning back: the motion rests there
-ROUNDS = 30
+POWERS = 1.0, 1.0, *[0.5] * 10  # of a distance off: its blend is so much longer or shorter
 NEAR = 0.98  # of the deviation, which blends use
 OF_LINES = 0.9  # of the deviation: within which curves take the place of short lines
 
@@ -55,36 +54,21 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     reach = reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach
     coefficients, own = _blends(path, corner, lengths, reach)
-    rows: list[tuple[Piece, bool, float, int | None]] = []
-    dwells = {}
-    s = 0.0
-    blends = dict(zip(corner.tolist(), range(len(corner))))
-    asked = {}
-    for place, seconds in path.dwells.items():
-        knot = np.abs(path.knots - place).argmin()
-        asked[int(knot)] = seconds
-
+    blends = {
+        k: Polynomial(pairs(c), float(h)) for k, c, h in zip(corner.tolist(), coefficients, own)
+    }
+    rows: list[tuple[Piece, int]] = []
+    feed = []
     for k, piece in enumerate(path.pieces):
-        if k in asked:
-            dwells[s] = asked[k]
         if k in blends:
-            table = coefficients[blends[k]]
-            blend = Polynomial(pairs(table), float(own[blends[k]]))
-            rows.append((blend, path.pen[k], min(path.feed[k - 1], path.feed[k]), path.lines[k]))
-            s += blend.length
+            rows.append((blends[k], k))
+            feed.append(min(path.feed[k - 1], path.feed[k]))
         first = cut[0, k]
         last = lengths[k] - cut[1, k]
         if last - first > 1e-9 * lengths[k]:
-            if last - first == lengths[k]:
-                rest = piece
-            else:
-                rest = piece.part(first, last)
-            rows.append((rest, path.pen[k], path.feed[k], path.lines[k]))
-            s += rest.length
-    if len(path.pieces) in asked:
-        dwells[s] = asked[len(path.pieces)]
-    columns: dict[str, Any] = dict(zip(("pieces", "pen", "feed", "lines"), zip(*rows)))
-    return replace(path, **columns, dwells=dwells)
+            rows.append((piece if last - first == lengths[k] else piece.part(first, last), k))
+            feed.append(path.feed[k])
+    return replace(path.rebuilt(rows), feed=tuple(feed))
 
 
 def _corners(path, curvature):
@@ -111,33 +95,18 @@ def _corners(path, curvature):
 
 def _reaches(path, corner, lengths, most, deviation):
     """Return how far from each corner, m, its blend begins: as far as the deviation allows."""
-    least = np.zeros(len(corner))
     best = np.zeros(len(corner))
-    most, reach = most.copy(), np.minimum(most, 4 * deviation)
+    reach = np.minimum(most, 4 * deviation)
     left = np.arange(len(corner))
-    for _ in range(ROUNDS):
+    for power in POWERS:
         off = _off(path, corner[left], lengths, reach[left])
-        kept = off <= deviation[left]
-        best[left[kept]] = least[left[kept]] = reach[left[kept]]
-        most[left[~kept]] = reach[left[~kept]]
-        rough = ~(kept & ((off > NEAR * deviation[left]) | (reach[left] >= most[left])))
+        most_off = deviation[left]
+        kept = off <= most_off
+        best[left[kept]] = np.maximum(best, reach)[left[kept]]
+        rough = ~kept | (off < NEAR * most_off) & (reach[left] < most[left])
         left = left[rough]
-        off = off[rough]
-        allowed = deviation[left]
-        if not len(left):
-            break
-        # It goes as a power of the reach: the first at corners, a higher one where only the
-        # curvature jumps.
-        guess = reach[left] * np.minimum(
-            (1 + NEAR) / 2 * allowed / np.maximum(off, allowed / 100), 10
-        )
-        inside = (guess > least[left]) & (guess < most[left])
-        last = guess >= most[left]
-        reach[left] = np.where(
-            inside,
-            guess,
-            np.where(last & (most[left] > reach[left]), most[left], (least[left] + most[left]) / 2),
-        )
+        step = (1 + NEAR) / 2 * most_off / np.maximum(off, most_off / 100)
+        reach[left] = np.minimum(reach[left] * step[rough] ** power, most[left])
     return best
 
 

@@ -224,13 +224,22 @@ class Path(Plotted):
 
     def moved(self, by: complex, turned: complex) -> Path:
         """All points z = x + i y put to by + turned z; speeds asked for and dwells stay."""
-        pieces = tuple(piece.moved(by, turned) for piece in self.pieces)
+        return self.rebuilt([(piece.moved(by, turned), k) for k, piece in enumerate(self.pieces)])
+
+    def rebuilt(self, rows: Iterable[tuple[Piece, int]]) -> Path:
+        """Return the path of other pieces, each with the number of the piece here in whose place it
+        comes, or begins: it has the pen, speed and line of that one, and the dwell at its start.
+        """
+        pieces, numbers = zip(*rows)
         edges = np.concatenate([[0.0], np.cumsum([piece.length for piece in pieces])])
-        dwells = {
-            float(edges[np.abs(self._edges - s).argmin()]): seconds
-            for s, seconds in self.dwells.items()
-        }
-        return replace(self, pieces=pieces, dwells=dwells)
+        dwells = {}
+        for s, seconds in self.dwells.items():
+            knot = np.abs(self._edges - s).argmin()
+            dwells[float(edges[np.searchsorted(numbers, knot)])] = seconds
+        pen, feed, lines = (
+            tuple(each[k] for k in numbers) for each in (self.pen, self.feed, self.lines)
+        )
+        return replace(self, pieces=pieces, pen=pen, feed=feed, lines=lines, dwells=dwells)
 
     def line_of(self, s: float) -> int | None:
         """The line of the file that the piece at s comes from."""

@@ -10,7 +10,6 @@ rows are parted at their sharpest turn, and both parts are fitted by themselves.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import PPoly, make_lsq_spline
@@ -62,22 +61,14 @@ def curves_of_lines(path: Path, within: float) -> tuple[Path, np.ndarray]:
             bar.update(last - first)
     if not replaced:
         return path, np.zeros(n)
-    pieces, off, begins = zip(*sorted(table, key=lambda each: each[2]))
+    table.sort(key=lambda each: each[2])
+    off = np.array([distance for _, distance, _ in table])
     note = (
         f"short lines that follow a curve: {replaced}, replaced by quintics:"
-        f" {len(pieces) - n + replaced}, at most {max(off):.2g} m off"
+        f" {len(table) - n + replaced}, at most {off.max():.2g} m off"
     )
-    knots = np.append(0.0, np.cumsum([piece.length for piece in pieces])).tolist()
-    dwells = {
-        knots[np.searchsorted(begins, np.abs(path.knots - s).argmin())]: seconds
-        for s, seconds in path.dwells.items()
-    }
-    columns: dict[str, Any] = {
-        name: [getattr(path, name)[k] for k in begins] for name in ("pen", "feed", "lines")
-    }
-    notes = (*path.notes, note)
-    path = replace(path, pieces=pieces, dwells=dwells, notes=notes, **columns)
-    return path, np.array(off)
+    path = replace(path, notes=(*path.notes, note))
+    return path.rebuilt((piece, k) for piece, _, k in table), off
 
 
 def _corners(path, rows, within):
