@@ -59,19 +59,8 @@ def test_distances_from_an_aspect_and_their_bounds(room, points):
     assert np.abs(room.coarse(points) - exact)[known].max() < half
 
 
-def test_distances_beside_chords_of_the_border(room):
-    """Nearer than the samples are to each other, they are those from the chords between them."""
-    k = np.random.default_rng(1).integers(len(room.border) - len(room.points), size=200)
-    for neighbours in (room.before, room.after):
-        chord = neighbours[k] - room.border[k]
-        z = room.border[k] + (0.4 + 0.5j) * chord
-        known = np.abs(chord) > 1e-9
-        share = np.abs(room.rough(z)[0])[known] / np.abs(chord)[known]
-        assert (np.abs(share - 0.5) < 1e-3).mean() > 0.9
-
-
 def test_distances_beyond_corners_of_the_border(room):
-    """There the nearest place is the corner itself, and not a place on a chord that goes on."""
+    """There the nearest place is the corner itself."""
     loop = room.part.boundary[0]
     corners = np.array([arc.z[0] for arc in loop])
     ways = np.exp(2j * np.pi * np.arange(48) / 48)

@@ -17,13 +17,13 @@ from ..curve import Path
 from ..pieces import Arc, Piece, Polynomial
 
 SAMPLES = 160  # of the path, on which the search of its room begins
-BORDER = 6000  # samples of what bounds an aspect
+BORDER = 10_000  # samples of what bounds an aspect
 GRID = 64  # nodes a side, at which the distance from it is known before the search
 TIGHT = 1e-9  # of the path's length: to so much the room is known
 
 
 class Clearance:
-    """Signed distance from the boundary of an aspect and from the walls in it: rough from chords,
+    """Signed distance from the boundary of an aspect and from the walls in it: rough from samples,
     and exact.
     """
 
@@ -39,8 +39,6 @@ class Clearance:
         # One point of each border beside the outer one: a page must not lie around it.
         firsts = [border[0] for border in [*loops[1:], *walls]]
         self.holes = np.concatenate([self.points, firsts])
-        self.before = self._neighbours(loops, walls, -1)
-        self.after = self._neighbours(loops, walls, 1)
         self.trees = [_tree(self._dense(arc)) for arc in self.arcs]
         self.tree = _tree(self.border)
         self._lay_grid(loops[0])
@@ -73,15 +71,6 @@ class Clearance:
         samples = arc.dense(self.spacing)
         return np.append(samples, arc.z[-1])
 
-    def _neighbours(self, loops, walls, way):
-        """Return points one further along the border, way = 1, or one back, way = -1."""
-        neighbours = [np.roll(z, -way) for z in loops]
-        for z in walls:
-            at = np.arange(len(z)) + way
-            at = np.clip(at, 0, len(z) - 1)
-            neighbours.append(z[at])
-        return np.concatenate([*neighbours, self.points])
-
     def within(self, z: np.ndarray, exactly: bool = True) -> np.ndarray:
         test = inside if exactly else crossings
         result = test(self.part.boundary, z)
@@ -91,28 +80,14 @@ class Clearance:
         return result
 
     def rough(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return signed distances of points (n,) from the border's chords, and their gradients."""
-        _, k = self.tree.query(pairs(z))
-        sample = self.border[k]
-        nearest = sample
-        for neighbour in (self.before[k], self.after[k]):
-            chord = neighbour - sample
-            square = np.abs(chord) ** 2
-            projection = ((z - sample) * chord.conj()).real
-            square = np.where(square, square, 1.0)
-            share = np.clip(projection / square, 0, 1)
-            foot = sample + share * chord
-            closer = np.abs(z - foot) < np.abs(z - nearest)
-            nearest = np.where(closer, foot, nearest)
-        offset = z - nearest
-        distance = np.abs(offset)
-        within = self._are_within(z, distance)
-        sign = np.where(within, 1.0, -1.0)
-        gradient = sign * offset / np.maximum(distance, 1e-300)
+        """Return signed distances of points (n,) from the border's samples, and their gradients."""
+        distance, k = self.tree.query(pairs(z))
+        sign = np.where(self._are_within(z, distance), 1.0, -1.0)
+        gradient = sign * (z - self.border[k]) / np.maximum(distance, 1e-300)
         return sign * distance, gradient
 
     def _are_within(self, z, distance):
-        """Return whether points (n,) at distances (n,) from the border are within, by its chords.
+        """Return whether points (n,) at distances (n,) from the border are within.
 
         No border is between a point and a node of the grid that is nearer than it.
         """
