@@ -33,43 +33,30 @@ class Clearance:
         self.points = punctures(part)
         lengths = [np.abs(np.diff(arc.z)).sum() for arc in self.arcs]
         self.spacing = sum(lengths) / BORDER
-        loops = [self._loop(arcs) for arcs in part.boundary]
-        walls = [self._dense(wall) for wall in getattr(part, "walls", ())]
-        self.border = np.concatenate([*loops, *walls, self.points])
-        # One point of each border beside the outer one: a page must not lie around it.
-        firsts = [border[0] for border in [*loops[1:], *walls]]
-        self.holes = np.concatenate([self.points, firsts])
-        self.trees = [_tree(self._dense(arc)) for arc in self.arcs]
+        samples = [np.append(arc.dense(self.spacing), arc.z[-1]) for arc in self.arcs]
+        self.trees = [_tree(z) for z in samples]
+        self.border = np.concatenate([*samples, self.points])
         self.tree = _tree(self.border)
-        self._lay_grid(loops[0])
+        # One point of each border beside the outer one: a page must not lie around it.
+        firsts = [arcs[0].z[0] for arcs in part.boundary[1:]]
+        firsts += [wall.z[0] for wall in getattr(part, "walls", ())]
+        self.holes = np.concatenate([self.points, firsts])
+        self._lay_grid()
 
-    def _lay_grid(self, outer):
-        """Set the grid over the outer loop, and what is known at its nodes."""
-        corner = (1 + 1j) * self.spacing
-        x = outer.real
-        y = outer.imag
-        self.low = complex(x.min(), y.min()) - corner
-        self.high = complex(x.max(), y.max()) + corner
+    def _lay_grid(self):
+        """Set the grid over the border, and what is known at its nodes."""
+        sides = self.border.real, self.border.imag
+        low, high = ([side(z) for z in sides] for side in (np.min, np.max))
+        self.low = complex(*low) - (1 + 1j) * self.spacing
+        self.high = complex(*high) + (1 + 1j) * self.spacing
         size = self.high - self.low
-        x_step = size.real / (GRID - 1)
-        y_step = size.imag / (GRID - 1)
-        self.steps = x_step, y_step
-        x = self.low.real + x_step * np.arange(GRID)
-        y = self.low.imag + y_step * np.arange(GRID)
-        nodes = x[:, None] + 1j * y
-        self.nodes = nodes.ravel()
+        self.steps = size.real / (GRID - 1), size.imag / (GRID - 1)
+        i, j = np.divmod(np.arange(GRID * GRID), GRID)
+        self.nodes = self.low + self.steps[0] * i + 1j * self.steps[1] * j
         distance, _ = self.tree.query(pairs(self.nodes))
         self.is_inner = self.within(self.nodes, exactly=False)
         self.at_nodes = np.where(self.is_inner, distance, -distance)
-        self.most = float(distance[self.is_inner].max(initial=0.0) + np.hypot(x_step, y_step) / 2)
-
-    def _loop(self, arcs):
-        return np.concatenate([arc.dense(self.spacing) for arc in arcs])
-
-    def _dense(self, arc):
-        """Return samples of an arc with its last point."""
-        samples = arc.dense(self.spacing)
-        return np.append(samples, arc.z[-1])
+        self.most = float(distance[self.is_inner].max(initial=0.0) + np.hypot(*self.steps) / 2)
 
     def within(self, z: np.ndarray, exactly: bool = True) -> np.ndarray:
         test = inside if exactly else crossings
