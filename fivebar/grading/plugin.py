@@ -152,7 +152,7 @@ class Checks:
             ask, after, left = self._in_best_form(item, lab, given)
             doubtful = given.keys() - self._right()
             judged = {name: rows for name, rows in ask.rows.items() if name in doubtful}
-            wrong = first.mistakes(judged) if after > before.share else {}
+            wrong = first.wrong_ones(judged) if after > before.share else []
             if wrong:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))

@@ -10,6 +10,7 @@ from fivebar.grading.intake.program import Job
 from fivebar.grading.labs import find_lab
 from tests.helpers import DATA
 from tests.helpers.hand_ins import FOLDER
+from tests.helpers.lab_session import SOLUTIONS
 
 FRESH = FOLDER / "fresh"
 
@@ -46,6 +47,19 @@ def test_zeros_of_a_function_still_to_be_written_are_no_mistake_in_a_formula(tmp
         "always the same answer, whatever the arguments: is it still to be written?"
     }
     assert found.points == 18
+
+
+def test_a_mistake_in_c_keeps_its_name_beside_one_in_M(tmp_path):
+    source = (SOLUTIONS / "lab5.py").read_text("utf-8")
+    wrong = source.replace("zz2 + m * JJ", "zz1 + m * JJ").replace("[m * (J", "[(J")
+    wrong = wrong.replace("), m * (J", "), (J")
+    path = tmp_path / "my.py"
+    path.write_text(wrong, encoding="utf-8")
+    found = grade(find_lab("lab5"), Job(path))
+    names = [name for function, _, name in said(found) if function == "dynamic_model"]
+    assert names.count("mass forgotten in c") == len(names) - 1 > 0
+    told = {remark for check in found.checks for remark in check.remarks}
+    assert told == {"judged with the right dynamic_model in place of your own, which is wrong"}
 
 
 @pytest.mark.deep

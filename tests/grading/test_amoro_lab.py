@@ -64,10 +64,7 @@ def test_what_follows_rightly_from_a_wrong_dgm_keeps_its_points(tmp_path):
     }
     passive = [c for c in checks if c.function == "dgm_passive"]
     assert [c.share for c in passive] == [1.0, 1.0]
-    notes = (
-        "judged with the right dgm in place of your own, which is wrong (origin in the left base"
-        " joint)"
-    )
+    notes = "judged with the right dgm in place of your own, which is wrong"
     assert all(notes in c.remarks for c in passive)
 
 

@@ -74,9 +74,7 @@ def lab(tmp_path):
     return Lab(folder)
 
 
-TOLD = (
-    "judged with the right reach in place of your own, which is wrong (sine and cosine exchanged)"
-)
+TOLD = "judged with the right reach in place of your own, which is wrong"
 
 
 def points_and_remarks(report):
@@ -105,9 +103,6 @@ def test_a_file_gets_the_points_that_its_session_gets(lab, tmp_path):
     assert points_and_remarks(report) == ([0, 1, 2], {TOLD})
 
 
-SAID = "judged with the right reach in place of your own, which is wrong"
-
-
 @pytest.mark.parametrize(
     "reach",
     ["[l.cosine(q) + s, s * sin(q)]", "[l * cos(q) + s, s * sin(q)"],
@@ -115,7 +110,7 @@ SAID = "judged with the right reach in place of your own, which is wrong"
 )
 def test_a_function_that_raises_costs_as_much_as_a_wrong_one(lab, tmp_path, reach):
     report = grade(lab, Job(written(tmp_path / "my.py", HAND_IN.format(reach=reach, area=AREA))))
-    assert points_and_remarks(report) == ([0, 1, 2], {SAID})
+    assert points_and_remarks(report) == ([0, 1, 2], {TOLD})
 
 
 def test_from_what_is_still_to_be_written_nothing_follows(lab, tmp_path):

@@ -73,6 +73,14 @@ def flat(values):
         ("dgm", PHI, 0 * PHI, "a term", "x => 0", "a wrong term"),
         ("dgm", PHI, PHI + 3, "a term", "x[0] + d / 2 => x[0]", "d / 2 too much"),
         ("dgm", PHI, PHI + 3, "a term", "x[0] => x[0] - d / 2", "d / 2 forgotten"),
+        (
+            "dynamic_model",
+            4 * POSE.J.swapaxes(1, 2),
+            3 * POSE.J.swapaxes(1, 2),
+            "a term",
+            "m + zz1 => m",
+            "zz1 too much",
+        ),
         ("dynamic_model", M, 0 * M, "a term", "M => 0", "M too much"),
         ("dynamic_model", M, M + 1, "a variable", "M => M @ J", "a matrix forgotten in a product"),
         (

@@ -316,14 +316,17 @@ def named_change(
     if {*both} <= {name for name, _ in known.plain}:
         # In few rows one argument may be another one's opposite.
         return "{} in place of {}".format(*both), NAMES
+    kind, hint = _kind(change)
+    is_term = change.kind == "a term" and kind.split()[0] in dict(known.lengths_and_masses)
+    # The name of these tells more than their value.
+    told = is_term or change.kind == "a function"
     where = ""
     for old, new in around:
         quantity = known.name_of(new)
         where = where or quantity
         found = _related(old, new, quantity, known.others(change))
-        if found and change.kind != "a function":  # its name tells more than its value
+        if found and not told:
             return found
-    kind, hint = _kind(change)
     return (f"{kind} in {where}" if where else kind), hint
 
 

@@ -64,14 +64,14 @@ class Answers:
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | self.refused
         wrong = fits & ~self.good & ~(nothing & self.none)
-        wrong &= self.differs(outcome) | nothing
+        wrong &= self.differs(outcome).any(axis=1) | nothing
         return bool(fits.all() and same.any() and wrong.any())
 
     def differs(self, outcome: np.ndarray) -> np.ndarray:
-        """Return in which rows (n,) an outcome is another one than the right model's."""
+        """Return which numbers (n, k) of an outcome are others than the right model's."""
         # Where no answer exists, rounding makes one of the right model as well.
         away = self.difference(outcome, self.unmasked) > EXACT * largest(self.unmasked)
-        return np.any(away, axis=1) | (np.isnan(outcome) != np.isnan(self.unmasked)).any(axis=1)
+        return away | (np.isnan(outcome) != np.isnan(self.unmasked))
 
     @cached_property
     def unmasked(self) -> np.ndarray:
@@ -118,16 +118,16 @@ def explains(misconception: Misconception, answers: Answers | None) -> bool:
 
 
 def denied(misconception: Misconception, answers: Answers | None) -> bool:
-    """Return whether answers where there is one are others than those of a mistake, in rows in
-    which the mistake tells: where it gives the right answers, another mistake may be made, too.
+    """Return whether numbers where there is an answer are others than those of a mistake, where it
+    changes them: where it gives the right ones, another mistake may be made, too.
     """
     if answers is None:
         return False
     outcome = answers.outcome(misconception.model)
-    same = np.all(answers.alike(outcome, misconception.turn), axis=1)
+    same = answers.alike(outcome, misconception.turn) | ~answers.differs(outcome)
     neither = np.isnan(answers.came).any(axis=1) & np.isnan(outcome).any(axis=1)
-    untold = neither | answers.none | answers.refused | ~answers.differs(outcome)
-    return not np.all(same | untold)
+    untold = neither | answers.none | answers.refused
+    return not np.all(same.all(axis=1) | untold)
 
 
 def consistent(names: str) -> Misconception:

@@ -120,9 +120,9 @@ class Questions:
             found = CHANGES if changing(came, again) else None
         return replace(verdict, diagnosis=found)
 
-    def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
-        """Return those of these functions that answer the rows wrongly, each with its mistake; none
-        where one is no model.
+    def wrong_ones(self, rows: dict[str, tuple[Robot, list]]) -> list[str]:
+        """Return those of these functions that answer the rows wrongly; none where one is no
+        model.
         """
         rows = {name: given for name, given in rows.items() if given[1]}
         of_lists = {name for name in rows if self._exercises[name].of_lists}
@@ -134,8 +134,7 @@ class Questions:
         for name in of_lists:
             found[name] = self._judged_by_calls(self._exercises[name], *rows[name])
         wrong = {name: verdict for name, verdict in found.items() if verdict.share < 1}
-        kept = all(map(modelled, wrong.values()))
-        return {name: verdict.mistake for name, verdict in wrong.items()} if kept else {}
+        return [*wrong] if all(map(modelled, wrong.values())) else []
 
     def _judged_by_calls(self, exercise, robot, rows):
         """Return the verdict on a function of lists; its wrong answers are a model if they change

@@ -223,17 +223,11 @@ def modelled(verdict: Verdict) -> bool:
     return verdict.share > 0 or verdict.varies or raises
 
 
-def remark(wrong: dict[str, str]) -> str:
+def remark(wrong: list[str]) -> str:
     """Return what is said of who gets points in spite of these functions of his own."""
+    are = "are" if len(wrong) > 1 else "is"
     names = " and ".join(wrong)
-    several = len(wrong) > 1
-    mistakes = []
-    for name, mistake in wrong.items():
-        if mistake:
-            mistakes.append(f"{name}: {mistake}" if several else mistake)
-    told = f" ({'; '.join(mistakes)})" if mistakes else ""
-    are = "are" if several else "is"
-    return f"judged with the right {names} in place of your own, which {are} wrong{told}"
+    return f"judged with the right {names} in place of your own, which {are} wrong"
 
 
 def some(rows: list) -> list[np.ndarray]:
