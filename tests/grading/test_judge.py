@@ -83,10 +83,10 @@ def test_what_is_wrong_is_named(value, reason, word):
 
 def test_calls_that_were_not_asked_are_told_apart_from_those_that_hang():
     left = [Reply("timeout", text="no answer within 2 s")]
-    left += [Reply("unasked", text="the calls before it took 20 s together")] * 3
+    left += [Reply("unasked", text="the calls before it took all of the time")] * 3
     found = verdict(left[1:] + left[:1] + [list(row) for row in RIGHT[4:]])
     assert (found.share, found.wrong, found.reason) == (pytest.approx(8 / 12), 1, "timeout")
-    assert "3 more calls were not asked, as the calls before it took 20 s" in found.text
+    assert "3 more calls were not asked, as the calls before it took all of" in found.text
 
 
 def test_the_misconception_is_named_and_its_error_measured():
@@ -285,7 +285,7 @@ def test_the_labs_own_measure_is_told_beside_the_verdict():
         (Reply("timeout"), KINDS["timeout"]),
         (Reply("value", 1 / 3), "0.333333333"),
         (Reply("value", [1 / 3, "a", None, [2, 0.5]]), "(0.333333333, 'a', None, (2, 0.5))"),
-        (Reply("value", list(range(20))), "(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11)"),
+        (Reply("value", list(range(20))), "(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, ...)"),
         (Reply("value", ["x" * 150] * 3), ("(" + ", ".join([repr("x" * 150)] * 3) + ")")[:200]),
         (Reply("value", "y" * 300), repr("y" * 300)[:200]),
         (

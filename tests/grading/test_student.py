@@ -242,7 +242,7 @@ def test_a_notebook_gives_its_definitions_only():
 
 
 @pytest.mark.deep
-def test_a_hang_costs_its_own_row_and_three_that_go_on_the_rest():
+def test_a_hang_costs_its_own_row():
     source = (
         "import time\nn = 0\ndef f(x):\n"
         "    while x < 0:\n        try: time.sleep(9)\n        except: pass\n    return x\n"
@@ -257,17 +257,12 @@ def test_a_hang_costs_its_own_row_and_three_that_go_on_the_rest():
         assert [r.kind for r in replies] == ["value", "timeout", "value", "value"]
         assert replies[1].text == "no answer within 1 s"
         assert worker.ask("count", [()])[0].value == 1  # a new worker
-        replies = worker.ask("f", [(-1,), (1,), (-1,), (1,), (1,)])
-        assert [r.kind for r in replies] == ["timeout", "value", "timeout"] + ["unasked"] * 2
-        assert [r.kind for r in worker.ask("f", [(1,), (-1,), (1,)])] == [
-            "value",
-            "timeout",
-            "unasked",
-        ]
+        replies = worker.ask("f", [(-1,), (1,), (-1,), (1,)] * 2)
+        assert [r.kind for r in replies] == ["timeout", "value"] * 4
     with student("import time\ndef f(x): time.sleep(0.1)", total=1.0) as worker:
         replies = worker.ask("f", [(0,)] * 50)
         assert {r.kind for r in replies} == {"value", "unasked"} and replies[-1].text.endswith(
-            "1 s together"
+            "all of the time"
         )
 
 
@@ -290,7 +285,7 @@ def test_a_whole_submission_has_a_limit_of_time_too(monkeypatch):
     assert (
         replies[0].kind == "value"
         and replies[-1].kind == "unasked"
-        and "all its calls" in replies[-1].text
+        and "all of the time" in replies[-1].text
     )
 
 

@@ -316,7 +316,11 @@ def named_change(
     if {*both} <= {name for name, _ in known.plain}:
         # In few rows one argument may be another one's opposite.
         return "{} in place of {}".format(*both), NAMES
+    pairs = {*zip(*map(_WORD.findall, both))}
+    changed = sorted(pair for pair in pairs if pair[0] != pair[1])
     kind, hint = _kind(change)
+    if kind == "a wrong name" and changed and changed == [pair[::-1] for pair in changed[::-1]]:
+        return " and ".join(old for old, _ in changed) + " exchanged", hint
     is_term = change.kind == "a term" and kind.split()[0] in dict(known.lengths_and_masses)
     # The name of these tells more than their value.
     told = is_term or change.kind == "a function"

@@ -89,7 +89,7 @@ class Ask(Questions):
         rows = rows_of(exercise, best_robot, columns, tolerance, refuse, wanted)
         good = rows.good if best.answers is None else best.answers.good
         self.rows_asked.append(replace(rows, good=good))
-        if best.reason in ("value", "nan", "exception"):
+        if best.reason in ("value", "nan", "exception", "shape"):
             best = self._settled(best, replace(rows, robot=robot), replies, limit)
         self._keep(Asked(best, name, exercise, robot))
 

@@ -266,9 +266,8 @@ def came_text(reply: Reply) -> str:
     if isinstance(value, dict) and value.get("~") == "other":
         return f"<{value.get('type', 'object')}>"
     if isinstance(value, list):
-        return (
-            "(" + ", ".join(came_text(type(reply)("value", part)) for part in value[:12]) + ")"
-        )[:200]
+        parts = [came_text(Reply("value", part)) for part in value[:12]]
+        return f"({', '.join(parts + ['...'] * (len(value) > 12))})"[:200]
     return repr(value)[:200]
 
 

@@ -58,22 +58,24 @@ def exchanged(answers: Answers) -> Misconception | None:
     names = exercise.returns
     if any(exercise.shape(name) for name in names):
         return None
-    moved = []
-    for k, name in enumerate(names):
-        place = _place_of(answers, known, k)
-        if place is None:
-            return None
-        if place != k:
-            moved.append((name, names[place]))
+    places = [_place_of(answers, known, k) for k in range(len(names))]
+    if None in places:
+        return None
+    moved = [(name, names[place]) for name, place in zip(names, places) if name != names[place]]
     if not moved:
         return None
+
+    def model(robot, *row):
+        right = exercise.answer(robot, *row)
+        return tuple(right[place] for place in places)
+
     first, other = moved[0]
     if moved[1:] == [(other, first)]:
         told = f"{first} and {other} exchanged"
     else:
         told = "; ".join(f"{name} is what {place} should be" for name, place in moved)
     hint = f"In which order does the task ask for {' and '.join(names)}?"
-    return Misconception(told, hint, None)
+    return Misconception(told, hint, model)
 
 
 def _place_of(answers, known, k):

@@ -24,7 +24,7 @@ from .sandbox import MOST_OUTPUT, IsolationError, KilledError, SandboxWorker
 from .submission import Submission
 from .wire import Change, Garbled, Lost, clean, outlined, place, reply, told, value, whole
 
-MOST_LOSSES = 3  # workers that one function, or the file, may cost
+MOST_LOSSES = 3  # workers that a file may cost until it is loaded
 MOST_KILLED = 5  # workers of a submission that something else may kill
 MOST_NAMES = 1000  # of functions listed
 # In limits for one call: what all asks of a submission may take together, with what it loads.
@@ -95,7 +95,6 @@ class Student:
         self._modules = modules or {}
         self._packages = packages
         self._skip: list = []
-        self._losses: dict = {}
         self._killed = 0
         # SymPy takes seconds to load, and Matplotlib makes its list of fonts anew each time.
         self._load_limit = LOAD_LIMIT * (3 if packages else 1)
@@ -144,8 +143,8 @@ class Student:
         given: dict[str, Callable] | None = None,
         tried: Tried | None = None,
     ) -> list[Reply]:
-        """Return a Reply for each row of `function(*row)`; the rest is not asked after three lost
-        workers, or where the time for all is over.
+        """Return a Reply for each row of `function(*row)`; the rest is not asked where the time for
+        all is over.
 
         constants: other values for names in `constants`, with which the file is run anew; limit:
             seconds for one call.
@@ -176,8 +175,9 @@ class Student:
         limit = limit or self._limit
         replies, left = [], self._total
         while len(replies) < len(rows):
-            if self._budget <= 0:
-                return _unasked(replies, rows, "the file has used up the time for all its calls")
+            if min(self._budget, left) <= 0:
+                late = Reply("unasked", text="the calls before it took all of the time")
+                return replies + [late] * (len(rows) - len(replies))
             if self._worker is None and not self._hopeless:
                 self._load()
             if self._worker is None:
@@ -200,15 +200,10 @@ class Student:
                 self._budget -= time.monotonic() - start
             left -= time.monotonic() - start
             self.close()
-            if left <= 0:
-                words = f"the calls before it took {self._total:g} s together"
-                return _unasked(replies, rows, words)
-            if used and len(replies) == done and lost.kind != "timeout":
-                continue  # an earlier ask may have broken the worker: this one gets one of its own
-            replies.append(lost)
-            self._losses[function] = self._losses.get(function, 0) + 1
-            if self._losses[function] >= MOST_LOSSES:
-                return _unasked(replies, rows, f"{MOST_LOSSES} calls like it gave no answer")
+            # An earlier ask may have broken the worker: this one gets one of its own.
+            again = used and len(replies) == done and lost.kind != "timeout"
+            if left > 0 and not again:
+                replies.append(lost)
         return replies
 
     def _mend(self, refused):
@@ -350,11 +345,6 @@ class Student:
                 " can read"
             )
         self.notes = tuple(notes)
-
-
-def _unasked(replies, rows, why):
-    """Return the replies, and for the rows that are left why they are not asked."""
-    return replies + [Reply("unasked", text=why)] * (len(rows) - len(replies))
 
 
 def _bare(name):

@@ -71,9 +71,14 @@ class Change:
         """The line, what it is about, the function that it is in, what stands there and what is
         tried.
         """
-        first, count = min(self.members, key=lambda one: one.place), len(self.members)
-        new = short(first.new) + (f", in {count} places" if count > 1 else "")
-        return first.place[0], first.kind, first.scope.name, short(first.old), new
+        members = sorted(self.members, key=lambda one: one.place)
+        first, count = members[0], len(members)
+        both = dict.fromkeys((short(one.old), short(one.new)) for one in members)
+        old, new = zip(*both)
+        words = old[0], new[0] + (f", in {count} places" if count > 1 else "")
+        if {*old} == {*new}:  # they are exchanged
+            words = " and ".join(old), " and ".join(new)
+        return first.place[0], first.kind, first.scope.name, *words
 
 
 class Trials:
