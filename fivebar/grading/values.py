@@ -82,6 +82,8 @@ def _parts(exercise, value):
     first_shape = exercise.shape(names[0])
     if first_shape and np.shape(_loose(value)) == first_shape:
         raise Unfit("shape", f"returned {names[0]} alone {asked}")
+    if len(parts) == 1:
+        raise Unfit("shape", f"returned one value {asked}: is the return inside a loop?")
     if len(parts) != len(names):
         raise Unfit("shape", f"returned {len(parts)} values {asked}")
     return parts

@@ -66,6 +66,7 @@ def test_a_column_where_floats_were_asked_is_remarked():
         ([0.1, None], "type", "None"),
         ([0.1, 0.2j], "type", "complex"),
         ([0.1, 0.2, 0.3], "shape", "3 values"),
+        ([0.1], "shape", "one value where 2 (x, y) are asked: is the return inside a loop?"),
         (0.1, "shape", "one number"),
         ([0.1, [0.2, 0.3]], "shape", "y has shape (2,)"),
         ([float("nan"), 0.1], "nan", "nan"),

@@ -91,6 +91,7 @@ def flat(values):
             "P * J => P @ J",
             "element by element in place of a matrix product in M",
         ),
+        ("dgm", POSE.q[:, :1], POSE.q[:, :1] ** 2, "a square", "a => a ** 2", "a square forgotten"),
         ("dgm", PHI, PHI + 3, "a variable", "q21 => q11", "q21 in place of q11"),
         ("dgm", PHI, PHI + 3, "a variable", "a and b => b and a", "a and b exchanged"),
         (

@@ -22,7 +22,7 @@ from fivebar.grading.judging.results import Check, Report
 from fivebar.grading.labs import find_lab
 from fivebar.grading.report import outputs
 from fivebar.grading.report.page import POLICY, fragment, report_page
-from fivebar.grading.report.text import report_text
+from fivebar.grading.report.text import check_lines, report_text
 from tests.helpers import DATA
 
 from ..helpers.grading_lab import CRASHES, HALF, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
@@ -89,6 +89,17 @@ class Tags(HTMLParser):
 
 
 @pytest.mark.deep
+def test_the_same_wrong_numbers_are_explained_once():
+    told = {"outcome": "wrong", "function": "f", "reason": "value", "text": "wrong value of x"}
+    first = Check("a", "f: here", 1.0, 0.0, 0.0, asked="f(1)", **told)
+    known = {}
+    assert any("f(1)" in line for line in check_lines(first, 80, known))
+    again = check_lines(replace(first, title="f: there"), 80, known)
+    assert [line.strip() for line in again[1:]] == ['as in "f: here"']
+    other = replace(first, text="wrong value of y")
+    assert any("f(1)" in line for line in check_lines(other, 80, known))
+
+
 def test_the_text_lists_all_checks_and_says_what_to_do(report):
     text = report_text(report(SHIFTED), 80)
     for words in (

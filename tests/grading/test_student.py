@@ -66,6 +66,12 @@ def student(source, **options):
     return Student(Submission("a.py", source), **options)
 
 
+def test_numpys_warning_of_a_nan_is_not_what_a_program_prints():
+    with student("import numpy as np\ndef f(x):\n    return np.sqrt(x)\n") as worker:
+        assert np.isnan(worker.ask("f", [(-1.0,)])[0].value)
+    assert worker.output == ""
+
+
 def test_values_of_all_kinds_come_as_they_are(isolate):
     with student(VALUES, isolate=isolate) as worker:
         replies = worker.ask("value", [(i,) for i in range(len(CAME))])

@@ -83,7 +83,7 @@ QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
 FLIPPED = "Flip the mode alone: which of your answers change, and which must?"
 SIGNS = "Go through the signs of your formula: which terms add, and which subtract?"
 TERMS = "Derive the formula once more on paper: how many terms does it have?"
-NAMES = "Read each name in your formula: which leg, which bar, which derivative is it?"
+NAMES = "Read each name in your formula: which quantity of your derivation is it?"
 MATRICES = "Solve the equation for what you look for: which matrix is on the other side?"
 SHAPES = "Write the shapes and the meaning of rows and columns beside each matrix."
 PRODUCTS = "What does * do with two arrays, and what does @ do?"
@@ -94,7 +94,7 @@ ROUNDED = "How many digits does a number need that others build on?"
 ABSOLUTE = "What does a negative number mean here?"
 WHOLE = "What does an array of whole numbers do with a fraction that is put into it?"
 BRACKETS = "In which order does Python compute your formula? Where do brackets belong?"
-INDICES = "Read each index in your formula: which row, which column, which leg is it?"
+INDICES = "Read each index in your formula: which row is it, which column?"
 CROSSINGS = "Which sign has the margin before the crossing, which one behind it? Is it always so?"
 CONDITIONS = "Go through your conditions: which case do they choose, and when?"
 LINES = "Compare this line with that of the other leg."
@@ -323,7 +323,7 @@ def named_change(
         return " and ".join(old for old, _ in changed) + " exchanged", hint
     is_term = change.kind == "a term" and kind.split()[0] in dict(known.lengths_and_masses)
     # The name of these tells more than their value.
-    told = is_term or change.kind == "a function"
+    told = is_term or change.kind in ("a function", "a square")
     where = ""
     for old, new in around:
         quantity = known.name_of(new)

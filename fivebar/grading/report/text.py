@@ -122,7 +122,7 @@ def same_fault(check: Check) -> tuple | None:
     """Return what two checks share if reading one of their explanations is enough."""
     if check.misconception:
         return check.function, check.misconception
-    if check.reason in ("", "broken", "withheld", "value", "accepted"):
+    if check.reason in ("", "broken", "withheld"):
         return None
     return check.reason, check.text, check.line, check.reason != "import" and check.function
 

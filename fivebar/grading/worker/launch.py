@@ -52,7 +52,9 @@ def launch(
         "parent": os.getpid() if outside else None,
     }
     cell = str(CELL) if outside else "/cell"
-    command = [str(interpreter()), "-I", "-S", "-B", "-u", cell, json.dumps(settings)]
+    # NumPy warns of each nan, which a function may return where no answer exists.
+    options = ("-I", "-S", "-B", "-u", "-Wignore::RuntimeWarning")
+    command = [str(interpreter()), *options, cell, json.dumps(settings)]
     passed = (settings["read"], settings["write"])
     if outside:
         return _popen(command, passed), None
