@@ -1,5 +1,6 @@
 """Lab 4's singularity_type: the report names the angle that a wrong function uses for Type 2, and no other."""
 
+import re
 from math import sin
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from fivebar.base.errors import UsageError
 from fivebar.grading import check
 from fivebar.grading.labs import find_lab
+from tests.helpers.lab_session import SOLUTIONS, results
 
 IN_LINE = 1e-6
 ANGLES = {
@@ -53,3 +55,11 @@ def test_a_lab_is_found_by_its_number():
     assert find_lab("4").name == find_lab("lab4").name == "lab4_singularities"
     with pytest.raises(UsageError, match="no lab '9'"):
         find_lab("9")
+
+
+def test_few_samples_of_a_path_miss_a_crossing():
+    source = (SOLUTIONS / "lab4.py").read_text("utf-8")
+    right = re.search(r"n = .*\n", source)[0]
+    few = results("lab4", source.replace(right, "n = 6\n"), only="first_crossing", seed=1)
+    lost = {title for title, (_, verdict) in few.items() if verdict.share < 1}
+    assert lost == {"first_crossing: paths that cross and come back"}
