@@ -44,7 +44,8 @@ def test_the_value_is_within_its_interval():
     for seed in range(8):
         data = measured(truth, 2e-5, seed + 10)
         found = fb.calibrate(DRAWN, data, UNKNOWN, sigma=2e-5)
-        off += [(each.value - true) / each.sd for each, true in zip(backlashes(found), truth)]
+        values, sd = backlashes(found)
+        off += list((values - truth) / sd)
     assert np.abs(off).max() < 4 and 0.4 < np.sqrt(np.mean(np.square(off))) < 1.7
 
 

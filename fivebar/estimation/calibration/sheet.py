@@ -7,7 +7,6 @@ each cross are those that the uncalibrated robot was told.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,6 @@ from ...paths.curve import Path
 from ...paths.machine import Machine
 from ...paths.pieces import Line
 from ...paths.placing.fitting_in import fitted_in
-from .calibrate import start_values
-from .measured_robot import PLACE, seen
 
 PAPERS = {"A4": (0.297, 0.21), "A5": (0.21, 0.148)}  # m, lying
 BORDER = 0.012  # m, of the paper that stays free
@@ -30,8 +27,10 @@ GRID = 4, 3  # crosses
 ARM = 0.003  # m, of a cross
 MARK = 0.011  # m, side of the square around A1
 CLEARANCE = 0.005  # m, of the drawing from singularities
-PAIRS = 24  # distances that are measured
-UNKNOWN = "l11", "l12", "l21", "l22", "d", "offset1", "offset2"
+# Crosses between which distances are measured, two hexadecimal digits each. By exchanges, the mean
+# over seven robots of the tip's expected error is least: 2 % less than by the pairs of the greatest
+# determinant of each robot's own information, at most 2 % more.
+PAIRS = "0a 13 27 3b 49 50 60 71 81 93 a4 b2 02 34 03 09 08 23 14 8b 38 1b 01 3a"
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,9 +154,8 @@ def sheet(
     mark = crosses[0] + MARK / 2 * corners
     in_frame = machine.frame(crosses)
     strokes = [machine.frame(border), machine.frame(mark), *_arms(in_frame)]
-    pose = _pose(machine, crosses, working)
-    p = start_values(robot, {}, machine.tool)
-    return Sheet(machine, working, in_frame, path=_drawn(strokes), pairs=_telling(p, pose))
+    pairs = np.array([divmod(int(pair, 16), 16) for pair in PAIRS.split()])
+    return Sheet(machine, working, in_frame, path=_drawn(strokes), pairs=pairs)
 
 
 def _pose(machine, points, working):
@@ -196,38 +194,3 @@ def _drawn(strokes):
         pen += [True] * len(lines)
         last = points[-1]
     return Path(pieces, pen)
-
-
-def _telling(p, pose):
-    """Return pairs (k, 2) of crosses whose distances tell most of the unknowns: each cross with its
-    best one, and then those by which the determinant of the information grows most.
-    """
-    points, slopes = seen(p, pose.q, pose.assembly)
-    places = [PLACE[name] for name in UNKNOWN]
-    slopes = slopes[..., places]
-    size = np.array([1.0] * 5 + [1 / p[0]] * 2)
-    one_way = np.array([*combinations(range(len(points)), 2)])
-    ends = np.concatenate([one_way, one_way[:, ::-1]])
-    first, second = ends.T
-    gap = points[first] - points[second]
-    distance = np.linalg.norm(gap, axis=1)
-    along = gap / distance[:, None]
-    change = slopes[first] - slopes[second]
-    rows = np.einsum("ni,nik->nk", along, change) * size
-    # A little of each unknown at the start, so that the information has an inverse.
-    information = 1e-6 * np.eye(len(size))
-    chosen: list[int] = []
-    taken = np.zeros(len(ends), dtype=bool)
-    while len(chosen) < PAIRS:
-        covariance = np.linalg.inv(information)
-        gain = np.einsum("nk,kl,nl->n", rows, covariance, rows)
-        gain[taken] = -1.0
-        cross = len(chosen)
-        if cross < len(points):
-            gain[first != cross] = -1.0
-        best = int(gain.argmax())
-        chosen.append(best)
-        taken |= np.isin(ends, ends[best]).all(axis=1)  # to and fro
-        row = rows[best]
-        information = information + np.outer(row, row)
-    return ends[chosen]
