@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.estimation.calibration.candidates import candidates
 from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS, seen, sizes, values_of
-from fivebar.estimation.calibration.poses import candidates
 from tests.benchmarks.calibration import GRID, against_quadratic
 from tests.helpers.twins import HOME, LAB, MODES, NOMINAL
 
@@ -119,7 +119,7 @@ def test_a_list_of_poses_to_fill_in(tmp_path):
             dict(unknown=(*GEOMETRY, "scale")),
             "unknown: no points x, y tell these apart: l11, l12, l21, l22, d and scale",
         ),
-        (dict(margin=0.94, window=(0.0, 0.001, 0.0, 0.001)), "no pose keeps the margin 0.94"),
+        (dict(margin=0.94, window=(0.0, 0.001, 0.0, 0.001)), "only 0 poses keep the margin 0.94"),
         (
             dict(margin=0.93, working=[(-1, -1)]),
             r"only 6 poses keep the margin 0.93 \(and are in the window\): a smaller margin\?",

@@ -9,9 +9,9 @@ import pytest
 import fivebar as fb
 from fivebar.base.checks import LONGEST, SHORTEST
 from fivebar.estimation.calibration.calibrate import _reaching, _with_possible_lengths, start_values
+from fivebar.estimation.calibration.candidates import candidates
 from fivebar.estimation.calibration.fit import LeastSquares
 from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE, sizes, values_of
-from fivebar.estimation.calibration.poses import candidates
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.estimation.calibration.starts import _counted
 from fivebar.estimation.identification.dependent_columns import independent

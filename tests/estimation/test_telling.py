@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.estimation.calibration.indistinguishable import _poses, plainest
-from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS, sizes, values_of
+from fivebar.estimation.calibration.indistinguishable import plainest
+from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS, sizes
 from tests.estimation.test_machine import exact_jacobian
 from tests.helpers.twins import HOME, LAB, NOMINAL, poses, seen, twin
 
@@ -205,13 +205,3 @@ def test_plainest_vectors_have_the_fewest_entries():
     plain = np.array([[1.0, 1, 0, 0, 0, 0], [0, 0, 0, 1, -0.5, 0]])
     mixed = np.array([[0.6, 0.8], [-0.8, 0.6]]) @ plain
     assert np.abs(plainest(np.linalg.svd(mixed)[2][:2])) == pytest.approx(np.abs(plain))
-
-
-def test_poses_of_remedies_are_regular_ones_of_all_modes():
-    p = values_of(LAB, {"offset1": 0.3, "offset2": -0.2, "ratio1": 2.0, "ratio2": -0.5})
-    readings, modes = _poses(p)
-    assert len(readings) == len(modes) > 200
-    pose = fb.dgm(LAB, readings * (2.0, -0.5) + (0.3, -0.2), modes[:, 2])
-    assert np.array_equal(pose.working, modes[:, :2])
-    assert np.abs([*pose.sines, pose.det_A]).min() > 0.2
-    assert len(np.unique(modes, axis=0)) == 8

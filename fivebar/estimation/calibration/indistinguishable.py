@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy import ndarray
 
-from .measured_robot import FRAMES, METRES, PLACE, UNITS, UNKNOWNS, place, seen
+from .candidates import MODES, candidates
+from .measured_robot import FRAMES, METRES, OFFSETS, PLACE, RATIOS, UNITS, UNKNOWNS, seen
 
 if TYPE_CHECKING:
     from .result import Calibration
 
+OFF = 0.2  # sine of singularities that remedies keep
 SMALL = 1e-6  # of a null vector's largest entry: taken for 0
 STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg"), "": (1.0, "")}
 
@@ -95,7 +97,10 @@ def remedy(found: Calibration, vector: ndarray) -> str:
 def _remedies(found):
     """Yield measurements that nobody made, with their derivatives, the easiest first."""
     axes = set(found.rows.measured[1].tolist())
-    q, modes = _poses(found.p)
+    pose = candidates(found.robot, OFF, MODES, None)
+    ratios = found.p[RATIOS]
+    q = (pose.q - found.p[OFFSETS]) / np.where(ratios, ratios, 1.0)
+    modes = np.column_stack([pose.working, pose.assembly])
     noted = np.column_stack([found.working, found.assembly])
     same_modes = (modes[:, None] == noted[None]).all(axis=2).any(axis=1)
     slopes = seen(found.p, q, modes[:, 2])[1]
@@ -118,18 +123,3 @@ def _remedies(found):
     )
     if not axes:
         yield ("points x, y in a measuring frame would tell", slopes.reshape(-1, len(UNKNOWNS)))
-
-
-def _poses(p):
-    """Return readings (n, 2) and all modes (n, 3) of poses well off singularities, everywhere."""
-    theta = np.random.default_rng(1).uniform(-np.pi, np.pi, (1500, 2))
-    readings = (theta - p[5:7]) / np.where(p[7:9], p[7:9], 1.0)
-    q = [np.zeros((0, 2))]
-    modes = [np.zeros((0, 3), int)]
-    for side in (-1, 1):
-        at = place(p, readings, np.full(len(theta), side))
-        sines = np.nan_to_num(np.column_stack([at.sines, at.det]))
-        good = np.flatnonzero((np.abs(sines) > 0.2).all(axis=1))[:250]
-        q.append(readings[good])
-        modes.append(-np.sign(sines[good]).astype(int))
-    return np.concatenate(q), np.concatenate(modes)

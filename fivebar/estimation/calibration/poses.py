@@ -16,17 +16,16 @@ from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.robot_uses import takes_robot
 from ...base.tables import TextFile, written
-from ...models.geometry import Pose, igm, task_pose
+from ...models.geometry import Pose, igm
 from ...models.robots import FiveBar
 from ...paths.tool import Tool
 from .calibrate import DEFAULT, known_names, start_values
+from .candidates import MODES, candidates
 from .fit import spectrum
 from .indistinguishable import combination, plainest
 from .measured_robot import PLACE, seen, sizes
 
-MODES = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 BEFORE = 1e-4  # of a pose's information: what is taken as known before any pose
-SIDE = 27  # candidates along the workspace, in each working mode
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +148,7 @@ def measurement_poses(
     unknown = known_names(unknown)
     p = start_values(robot, start, tool, unknown)
     columns = np.array([PLACE[name] for name in unknown])
-    pose = candidates(robot, margin, _modes(working), window)
+    pose = candidates(robot, margin, _modes(working), None if window is None else _window(window))
     if 2 * n < len(columns):
         raise ValueError(
             f"n = {n} poses give {2 * n} numbers, fewer than the {len(columns)} unknowns"
@@ -176,32 +175,6 @@ def measurement_poses(
     found = igm(robot, xi, modes)
     sd = size * np.sqrt(np.diag(covariance))
     return MeasurementPoses(found, (found.q - p[5:7]) / p[7:9], unknown, worst, sd)
-
-
-def candidates(
-    robot: FiveBar, margin: float, modes: Sequence, window: Sequence[float] | None
-) -> Pose:
-    """Return poses on a grid over the workspace in these working modes, off singularities."""
-    reach = [robot.l11 + robot.l12, robot.l21 + robot.l22]
-    low = max(-robot.d / 2 - reach[0], robot.d / 2 - reach[1])
-    high = min(robot.d / 2 + reach[1], reach[0] - robot.d / 2)
-    whole = low, high, -min(reach), min(reach)
-    x_min, x_max, y_min, y_max = whole if window is None else _window(window)
-    x, y = np.meshgrid(np.linspace(x_min, x_max, SIDE), np.linspace(y_min, y_max, SIDE))
-    points = np.stack([x.ravel(), y.ravel()], axis=-1)
-    kept = []
-    for mode in modes:
-        with np.errstate(invalid="ignore", divide="ignore"):
-            pose = task_pose(robot, (points[:, 0], points[:, 1]), mode)
-            sines = np.abs(np.stack([*pose.sines, pose.det_A]))
-            kept.append(np.flatnonzero((sines > margin).all(axis=0)))
-    xi = np.concatenate([points[k] for k in kept])
-    if not len(xi):
-        raise ValueError(
-            f"no pose keeps the margin {margin:g} and is in the window: a smaller margin?"
-        )
-    working = [np.tile(mode, (len(k), 1)) for mode, k in zip(modes, kept)]
-    return igm(robot, xi, np.concatenate(working))
 
 
 def _modes(working):
