@@ -25,28 +25,22 @@ def independent(
     The sums are {column: {column that is told: factor}}. Of columns that depend on each other, the
     first in this order is told.
     """
-    flat = W.reshape(-1, W.shape[-1])
-    sizes = np.linalg.norm(flat, axis=0)
+    # Columns of the triangle have the lengths and angles of the columns of W.
+    triangle = np.linalg.qr(W.reshape(-1, W.shape[-1]), mode="r")
+    sizes = np.linalg.norm(triangle, axis=0)
+    unit = triangle / np.maximum(sizes, 1e-300)
     kept: list[int] = []
     folded: dict[int, dict[int, float]] = {}
-    basis = np.zeros((len(flat), 0))
     for k in columns:
         if sizes[k] <= 1e-12 * sizes.max():
             folded[k] = {}
             continue
-        v = flat[:, k] / sizes[k]
-        for _ in range(2):
-            v = v - basis @ (basis.T @ v)
-        own = np.linalg.norm(v)
-        if own > tolerance:
+        factors = np.linalg.lstsq(unit[:, kept], unit[:, k], rcond=None)[0]
+        if np.linalg.norm(unit[:, k] - unit[:, kept] @ factors) > tolerance:
             kept.append(k)
-            basis = np.column_stack([basis, v / own])
             continue
-        scale = sizes[kept]
-        scaled = flat[:, kept] / scale
-        factors = np.linalg.lstsq(scaled, flat[:, k], rcond=None)[0] / scale
-        counts = np.abs(factors) * scale > 1e-6 * sizes[k]
-        folded[k] = {j: float(f) for j, f, used in zip(kept, factors, counts) if used}
+        used = [(j, f) for j, f in zip(kept, factors.tolist()) if abs(f) > 1e-6]
+        folded[k] = {j: f * float(sizes[k] / sizes[j]) for j, f in used}
     return kept, folded
 
 
