@@ -25,7 +25,7 @@ from fivebar.estimation.calibration.measured_robot import UNKNOWNS, seen, values
 from fivebar.estimation.calibration.outliers import leave_one_out_error, outlying_rows
 from fivebar.estimation.calibration.poses import _exchanged, _gain, _spread, _tour
 from fivebar.estimation.calibration.rows import rows_of
-from fivebar.estimation.calibration.starts import _framed, doubt, first, median_error
+from fivebar.estimation.calibration.starts import _framed, begin, doubt, median_error
 
 ROBOT = fb.FiveBar(0.1, 0.14, 0.09, 0.13, 0.11)
 
@@ -252,21 +252,30 @@ def test_a_robust_fit_has_the_least_sum_of_its_loss(loss):
 
 
 @pytest.mark.parametrize("note", [(), ("assembly",)])
-def test_a_free_frame_is_laid_on_the_points(note):
-    frame = (0.3, -0.2, 2.5, 1.2)
+@pytest.mark.parametrize("scale", [1.2, 4000.0])
+def test_a_free_frame_is_found_by_the_points(note, scale):
+    """In metres or in pixels, turned by any angle."""
+    frame = (0.3, -0.2, 2.5, scale)
     rng = np.random.default_rng(10)
     rows, _ = measured(rng, frame=frame, note=note)
     task = task_of(rows, ["x0", "y0", "turn", "scale"])
-    best = first(task)
-    assert best[9:13] == pytest.approx(frame, abs=1e-9)
-    assert doubt(task, best) < 1e-9 < 1e-2 < doubt(task, task.start)
-    assert len(_framed(task, task.start)) == 2
+    best = begin(task)
+    assert best[9:13] == pytest.approx(frame, rel=1e-4)
+    assert doubt(task, best) < 1e-5 < 1e-2 < doubt(task, task.start)
+    assert len(_framed(task, task.start)) == 24
     assert _framed(task_of(rows, ["l11"]), task.start) == []
+    for p in _framed(task, task.start):
+        in_both = np.nanmean([seen(p, rows.q, np.full(len(rows), side))[0] for side in (-1, 1)], 0)
+        away = np.nanmean(rows.points, axis=0) - np.nanmean(in_both, axis=0)
+        assert np.abs(away).max() < 0.2 * scale
     rows, _ = measured(rng, frame=(0.3, -0.2, 0.0, 1.0), note=note)
     task = task_of(rows, ["x0", "y0"])
-    assert first(task)[9:13] == pytest.approx((0.3, -0.2, 0.0, 1.0), abs=1e-9)
+    assert begin(task)[9:13] == pytest.approx((0.3, -0.2, 0.0, 1.0), abs=1e-5)
+    assert len(_framed(task, task.start)) == 3
+    rows, _ = measured(rng, frame=(0.3, 0.0, 0.0, 1.0), note=note)
+    assert begin(task_of(rows, ["x0"]))[9] == pytest.approx(0.3, abs=1e-5)
     rows, _ = measured(rng, frame=(0.0, 0.0, -0.7, 1.0), note=note)
-    assert first(task_of(rows, ["turn"]))[11] == pytest.approx(-0.7, abs=1e-9)
+    assert begin(task_of(rows, ["turn"]))[11] == pytest.approx(-0.7, abs=1e-5)
 
 
 def test_doubts_about_strange_lengths_and_crowded_points():

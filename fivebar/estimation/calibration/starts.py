@@ -10,13 +10,13 @@ from scipy.optimize import least_squares
 
 from ...base.backend import pairs
 from .few_rows import only_solution
-from .fit import LeastSquares, noted_assembly
-from .measured_robot import PLACE, as_complex, bars_off, place, seen, tip, unframe
+from .fit import LeastSquares
+from .measured_robot import FRAME, PLACE, as_complex, bars_off, seen, unframe
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
 OFF = 15  # times the median miss: so far off is a mistake
-TURNS = np.arange(0, 2 * np.pi, np.pi / 4)  # at which what may be turned begins
-SETTLED = 6  # of such starts, the best, from which least squares begin
+TURNS = np.pi / 4 * np.arange(-3, 5)  # at which what may be turned begins
+SETTLED = 8  # of such starts, the best, from which least squares begin
 MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
 COUNTS_PER_TURN = (
     "400 500 512 600 800 1000 1024 1200 1600 2000 2048 2400 2500 3200 3600 4000 4096 5000 6400 8000"
@@ -34,19 +34,14 @@ def begin(task: LeastSquares) -> ndarray:
         return few
     if task.rows.whole.sum() < 3:
         return task.start.copy()
-    start = first(task)
-    best = settled(task, start)
+    near = [task.start, *_framed(task, task.start)]
+    best = settled(task, _least_doubtful(task, near))
     if doubt(task, best) > SUSPECT * task.bar:  # a few rows may be far off
-        best = _least_doubtful(task, [best, settled(task, start, loss="cauchy")])
-    for starts in (_counted, _turned_frames, _turned):
+        best = _least_doubtful(task, [best, settled(task, best, loss="cauchy")])
+    for starts in (lambda _: near, _counted, _turned):
         if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
             best = _least_doubtful(task, [best, best_of(task, tried)])
     return best
-
-
-def first(task: LeastSquares) -> ndarray:
-    """Return the start, or the start with the frame that fits best, whichever misses least."""
-    return _least_doubtful(task, [task.start, *_framed(task, task.start)])
 
 
 def best_of(task: LeastSquares, starts: list[ndarray]) -> ndarray:
@@ -107,7 +102,9 @@ def doubt(task: LeastSquares, p: ndarray) -> float:
 def settled(task: LeastSquares, p: ndarray, loss: str = "soft_l1") -> ndarray:
     """Return robust least squares of the legs' errors from these values, weakly held to them."""
     rows = task.rows
-    bar = task.bar
+    unit = abs(p[PLACE["scale"]])  # of the measuring frame: a camera's are pixels
+    bar = task.bar * unit
+    size = task.size * np.where(np.isin(task.names, ("x0", "y0", "scale")), unit, 1.0)
     hold = 1e-5
     q = rows.q[rows.whole]
     points = rows.points[rows.whole]
@@ -117,7 +114,7 @@ def settled(task: LeastSquares, p: ndarray, loss: str = "soft_l1") -> ndarray:
 
     def moved(z):
         values = p.copy()
-        values[task.free] += z * task.size
+        values[task.free] += z * size
         values[PLACE["scale"]] = abs(values[PLACE["scale"]]) or 1e-12
         return values
 
@@ -127,7 +124,7 @@ def settled(task: LeastSquares, p: ndarray, loss: str = "soft_l1") -> ndarray:
     def slope(z):
         _, slopes = bars_off(moved(z), q, points)
         jacobian = slopes[:, :, task.free].reshape(-1, count)
-        return np.concatenate([jacobian * task.size / bar, hold * np.eye(count)])
+        return np.concatenate([jacobian * size / bar, hold * np.eye(count)])
 
     result = least_squares(
         off,
@@ -168,73 +165,29 @@ def _with_frames(task, place_of_pair, pairs):
 
 
 def _framed(task, start):
-    """Return starts whose free frame lays the robot's points on the measured ones.
-
-    At first in the modes noted, or else all in one assembly mode, then each in the nearer one.
+    """Return starts whose free frame is turned all over, with the robot's points about the measured
+    ones: those of one assembly mode, of the other, or of both.
     """
-    free = set(task.names)
-    rows = task.rows
-    if not free & {"x0", "y0", "turn", "scale"}:
-        return []
-    noted = noted_assembly(start, rows)
-    starts = []
-    for side in (-1, 1):
-        p = _laid(rows, start.copy(), free, np.where(noted, noted, side))
-        starts.append(_nearer(rows, p, free))
-    return starts
-
-
-def _nearer(rows, p, free):
-    """Return p with the free frame laid on the points, each row in the nearer assembly mode."""
-    for _ in range(4):
-        distances = np.linalg.norm(_both(rows, p) - rows.points, axis=2)
-        left, right = np.nan_to_num(distances, nan=np.inf)
-        p = _laid(rows, p, free, np.where(left <= right, -1, 1))
-    return p
-
-
-def _both(rows, p):
-    """Return the points (2, n, 2) of all rows in assembly mode -1, and those in +1."""
-    each = [seen(p, rows.q, np.full(len(rows), mode), derive=False)[0] for mode in (-1, 1)]
-    return np.array(each)
-
-
-def _turned_frames(task):
-    """Return starts with the free frame all over a turn, for rows of both assembly modes."""
-    free = set(task.names)
-    rows = task.rows
-    if not free >= {"x0", "y0", "turn"}:
+    free = [name for name in FRAME if name in task.names]
+    if not free:
         return []
     starts = []
-    for turn in TURNS:
-        p = task.start.copy()
-        p[PLACE["turn"]] += turn
-        if "scale" in free:
-            p[PLACE["scale"]] *= np.nanstd(rows.points) / np.nanstd(_both(rows, p))
-        p[9:11] += np.nanmean(rows.points, axis=0) - np.nanmean(_both(rows, p), axis=(0, 1))
-        starts.append(_nearer(rows, p, free))
-    return starts
-
-
-def _laid(rows, p, free, mode):
-    robot = tip(p, place(p, rows.q, mode))
-    camera = as_complex(rows.points)
-    good = np.isfinite(robot) & np.isfinite(camera)
-    if good.sum() < 2:
-        return p
-    robot = robot[good]
-    camera = camera[good]
-    if free >= {"x0", "y0"}:
-        around = robot - robot.mean()
-        if "turn" in free and np.abs(around).max() > 0:
-            slope = np.vdot(around, camera - camera.mean()) / np.vdot(around, around)
-            p[PLACE["turn"]] = np.angle(slope)
+    points = task.rows.points
+    for turn in TURNS if "turn" in free else (0.0,):
+        for modes in ((-1,), (1,), (-1, 1)):
+            p = start.copy()
+            p[PLACE["turn"]] += turn
             if "scale" in free:
-                p[PLACE["scale"]] = abs(slope) or 1.0
-        rest = camera - p[12] * np.exp(1j * p[11]) * robot
-        p[9] = np.median(rest.real)
-        p[10] = np.median(rest.imag)
-    elif "turn" in free:
-        rest = camera - p[9] - 1j * p[10]
-        p[PLACE["turn"]] = np.angle(np.vdot(robot, rest))
-    return p
+                own = np.nanstd(_own(task, p, modes), axis=(0, 1))
+                p[PLACE["scale"]] *= np.linalg.norm(np.nanstd(points, axis=0)) / np.linalg.norm(own)
+            away = np.nanmean(points, axis=0) - np.nanmean(_own(task, p, modes), axis=(0, 1))
+            for name, shift in zip(FRAME, away.tolist()):
+                p[PLACE[name]] += shift * (name in free)
+            starts.append(p)
+    return starts
+
+
+def _own(task, p, modes):
+    """Return the robot's points (m, n, 2) in m assembly modes."""
+    q = task.rows.q
+    return np.array([seen(p, q, np.full(len(q), mode), derive=False)[0] for mode in modes])
