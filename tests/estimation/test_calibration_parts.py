@@ -268,6 +268,9 @@ def test_a_free_frame_is_found_by_the_points(note, scale):
         in_both = np.nanmean([seen(p, rows.q, np.full(len(rows), side))[0] for side in (-1, 1)], 0)
         away = np.nanmean(rows.points, axis=0) - np.nanmean(in_both, axis=0)
         assert np.abs(away).max() < 0.2 * scale
+    open_ = task.start.copy()
+    open_[4] = 10.0  # a base on which no row closes
+    assert _framed(task, open_) == []
     rows, _ = measured(rng, frame=(0.3, -0.2, 0.0, 1.0), note=note)
     task = task_of(rows, ["x0", "y0"])
     assert begin(task)[9:13] == pytest.approx((0.3, -0.2, 0.0, 1.0), abs=1e-5)

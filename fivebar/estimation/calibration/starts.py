@@ -177,10 +177,14 @@ def _framed(task, start):
         for modes in ((-1,), (1,), (-1, 1)):
             p = start.copy()
             p[PLACE["turn"]] += turn
+            own = _own(task, p, modes)
+            if not np.isfinite(own).any():
+                continue
             if "scale" in free:
-                own = np.nanstd(_own(task, p, modes), axis=(0, 1))
-                p[PLACE["scale"]] *= np.linalg.norm(np.nanstd(points, axis=0)) / np.linalg.norm(own)
-            away = np.nanmean(points, axis=0) - np.nanmean(_own(task, p, modes), axis=(0, 1))
+                size = np.linalg.norm(np.nanstd(own, axis=(0, 1))) or 1.0
+                p[PLACE["scale"]] *= np.linalg.norm(np.nanstd(points, axis=0)) / size or 1.0
+                own = _own(task, p, modes)
+            away = np.nanmean(points, axis=0) - np.nanmean(own, axis=(0, 1))
             for name, shift in zip(FRAME, away.tolist()):
                 p[PLACE[name]] += shift * (name in free)
             starts.append(p)
