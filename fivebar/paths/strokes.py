@@ -32,46 +32,27 @@ def with_leads(path: Path, length: float) -> Path:
     """Return the strokes of a path, each with a straight run-up and run-out of this length, m, in
     the air: the pen goes down and up in motion. Straight lines lead from one to the next.
     """
-    ends = np.array([piece.length for piece in path.pieces])
-    pieces: list[Piece] = []
-    pen: list[bool] = []
-    feed: list[float] = []
-    lines: list[int | None] = []
+    table: list[tuple[Piece, int]] = []
+    drawn: list[bool] = []
+    before = None
     dwells: dict[float, float] = {}
-    travelled = 0.0
-    before = (0.0, 0.0)
-
-    def append(piece, down, like):
-        nonlocal travelled
-        pieces.append(piece)
-        pen.append(down)
-        feed.append(path.feed[like] if down else np.inf)
-        lines.append(path.lines[like])
-        travelled += piece.length
-
     for rows in runs(np.array(path.pen)):
         first, last = rows.start, rows.stop - 1
         start, along = path.drawn.on(first, 0.0)[:2]
-        end, onwards = path.drawn.on(last, ends[last])[:2]
-        begin = tuple((start - length * along).tolist())
-        if travelled and before != begin:
-            append(Line(before, begin), False, first)
-        append(Line(begin, tuple(start.tolist())), False, first)
-        for k in range(first, rows.stop):
-            if k > first and path.knots[k] in path.dwells:
-                dwells[travelled] = path.dwells[path.knots[k]]
-            append(path.pieces[k], True, k)
-        before = tuple((end + length * onwards).tolist())
-        append(Line(tuple(end.tolist()), before), False, last)
-    return replace(
-        path,
-        pieces=tuple(pieces),
-        pen=tuple(pen),
-        feed=tuple(feed),
-        lines=tuple(lines),
-        dwells=dwells,
-        rests_for_pen=False,
-    )
+        end, onwards = path.drawn.on(last, path.pieces[last].length)[:2]
+        begin = start - length * along
+        after = end + length * onwards
+        ways = [Line(before, tuple(begin))] if before and before != tuple(begin) else []
+        ways.append(Line(tuple(begin), tuple(start)))
+        own = [(path.pieces[k], k) for k in range(first, rows.stop)]
+        table += [*((way, first) for way in ways), *own, (Line(tuple(end), tuple(after)), last)]
+        drawn += [False] * len(ways) + [True] * len(own) + [False]
+        before = tuple(after)
+        knots = path.knots[first + 1 : rows.stop].tolist()
+        dwells |= {s: path.dwells[s] for s in knots if s in path.dwells}
+    path = replace(path, dwells=dwells, rests_for_pen=False).rebuilt(table)
+    feed = tuple(most if down else np.inf for most, down in zip(path.feed, drawn))
+    return replace(path, pen=tuple(drawn), feed=feed)
 
 
 def runs(down: np.ndarray) -> list[slice]:

@@ -18,7 +18,7 @@ from ..base.checks import instance, modes, number, shown, whole
 from ..base.errors import UnreachableError
 from ..base.representation import one_line
 from ..models.geometry import igm
-from ..models.kinematics import Accelerations
+from ..models.kinematics import Accelerations, Rates
 from ..models.pose import Pose
 from ..models.robots import FiveBar
 from ..models.unreachable import raise_or_nan
@@ -134,32 +134,32 @@ class Tool:
         those of C and phi' (i r), phi'' (i r) - phi'^2 r, i r being r turned by a quarter turn.
         """
         rates = accelerations.rates
-        pose = rates.pose
-        k = self.leg - 1
-        turn = (rates.q_dot + rates.q_passive_dot)[..., k, None]
-        turn_dot = (accelerations.q_ddot + accelerations.q_passive_ddot)[..., k, None]
-        place = self.point(pose)
-        arm = place - pose.xi
-        beside = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
-        velocity = rates.xi_dot + turn * beside
-        acceleration = accelerations.xi_ddot + turn_dot * beside - turn**2 * arm
+        place = self.point(rates.pose)
+        velocity, turn, arm = self._velocity(rates)
+        angular = accelerations.q_ddot + accelerations.q_passive_ddot
+        turn_dot = angular[..., self.leg - 1, None]
+        acceleration = accelerations.xi_ddot + turn_dot * _turned(arm) - turn**2 * arm
         return place, velocity, acceleration
+
+    def _velocity(self, rates):
+        """Return the tool's velocity, the rate of its bar's angle, and its way from joint C."""
+        turn = (rates.q_dot + rates.q_passive_dot)[..., self.leg - 1, None]
+        arm = self.point(rates.pose) - rates.pose.xi
+        return rates.xi_dot + turn * _turned(arm), turn, arm
 
     def jacobian(self, pose: Pose) -> np.ndarray:
         """Return the tool's Jacobian (*batch, 2, 2): its velocity is J q'."""
-        k = self.leg - 1
-        u = np.stack(pose.u2[k], axis=-1)
-        v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
-        bar = pose.robot.distal[k]
-        drive = pose.robot.drives[k]
-        tangent = drive.tangent(pose.legs[k].direction)
-        components = np.broadcast_arrays(*tangent)
-        turns = np.array(pose.J)
-        turns[..., k] -= np.stack(components, axis=-1)
-        # The rate of the bar's angle by each joint's rate: v . (xi' - P' q') / l.
-        rate = np.einsum("...c,...cj->...j", v, turns) / bar
-        beside = self.along * v - self.across * u
-        return pose.J + beside[..., :, None] * rate[..., None, :]
+        columns = []
+        for q_dot, xi_dot in zip(np.eye(2), np.moveaxis(pose.J, -1, 0)):
+            one = np.broadcast_to(q_dot, xi_dot.shape)
+            rates = Rates(pose, (one[..., 0], one[..., 1]), (xi_dot[..., 0], xi_dot[..., 1]))
+            columns.append(self._velocity(rates)[0])
+        return np.stack(columns, axis=-1)
+
+
+def _turned(vector):
+    """Return vectors (*batch, 2) turned by a quarter turn."""
+    return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -238,9 +238,6 @@ class Search:
             if self.turn is not None:
                 sides[2] = 0.0, 0.0
             answer = linprog([0, 0, 0, -1], A_ub=rows, b_ub=distance, bounds=sides)
-            if answer.x is None:
-                step /= 4
-                continue
             dx, dy, dturn, clearance = answer.x
             if clearance - least < 1e-8 * size:
                 break
