@@ -16,7 +16,7 @@ from ..curve import Path
 from ..placement import Placement
 from .clearance import SAMPLES, TIGHT, Clearance
 
-SIDE = 20  # places on a side of the grid on which the search begins, in each region
+SIDE = 24  # places on a side of the grid on which the search begins, in each region
 TURNS = 16  # in a full turn, there
 THIN = 6  # of so many samples of the paths one is looked at, there
 STARTS = 12  # of its placements that are improved
