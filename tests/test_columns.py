@@ -108,6 +108,8 @@ def test_a_unit_may_be_given_for_what_the_heading_leaves_open():
         ("t,x,y\n0,1,abc\n", (), "line 2: y must be a number, not 'abc'"),
         ("t,x,y\n0,1,-inf\n", (), "line 2: y must be finite, not -inf"),
         ("t,x,y\n0,1,2\n1,2\n", (), "line 3: 2 cells, where the header has 3"),
+        ("t,x,y\n# a remark!\n#DIV/0!,1,2\n", (), "line 3: t must be a number, not '#DIV/0!'"),
+        ("t;x;y\n#N/A;1;2\n", (), "line 2: t must be a number, not '#N/A'"),
     ],
 )
 def test_what_is_wrong_is_named(text, units, message):

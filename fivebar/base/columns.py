@@ -38,6 +38,8 @@ from .units import SECONDS, unit_named
 EPOCH = 5e8  # s since 1970, in 1985: later times are dates
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
 _MOMENT = re.compile(r"(?:(\d\d)\.(\d\d)\.(\d{4})[ T])?(\d\d:\d\d:\d\d(?:\.\d+)?)")
+# A line of its own; not a first cell in which a spreadsheet has an error, as #DIV/0! or #N/A.
+_REMARK = re.compile(r"%|#(?!(N/A|[^\s;,|]+[!?])([;,\t|]|$))")
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
@@ -203,7 +205,7 @@ def _chosen(arrays, wanted, names, units, name, calls):
 def _from_text(file, wanted, units, calls):
     text, name = whole_text(file, "a table")
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
-    rows = [(number, line) for number, line in lines if line and line[0] not in "#%"]
+    rows = [(number, line) for number, line in lines if line and not _REMARK.match(line)]
     if rows and rows[0][1].lower().startswith("sep="):  # Excel's name of the delimiter
         del rows[0]
     if not rows:
