@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,7 +21,6 @@ from fivebar.grading.course.cohort import STATE, GraderError, _one, begin, run_c
 from fivebar.grading.grade import grade
 from fivebar.grading.intake.cohort_folder import Entry, entries_of, find_hand_ins
 from fivebar.grading.intake.program import Job
-from fivebar.grading.intake.students_robots import robot_for, with_constants
 from fivebar.grading.labs import find_lab
 from fivebar.grading.worker.sandbox import IsolationError
 from tests.helpers import ROOT
@@ -229,48 +227,6 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
     assert {
         json.loads(path.read_text("utf-8"))["seed"] for path in (out / "students").glob("*.json")
     } == seeds
-
-
-@pytest.mark.parametrize("secret", [pytest.param(None, marks=pytest.mark.deep), b"a secret"])
-def test_an_untouched_file_is_graded_once_for_all(labs, folder, tmp_path, monkeypatch, secret):
-    """Whatever robot it was handed out for, and whatever ends of lines an editor has given it."""
-    written(labs / "elbow" / "student.py", UNTOUCHED)
-    lab = find_lab("elbow", labs)
-    names = ["a", "b", "c"]
-    for name in names:
-        source = with_constants(UNTOUCHED, robot_for(name, secret, lab.robot()))
-        ends = "\r\n" if name == "c" else "\n"
-        written(folder / name / "student.py", source).write_text(source, "utf-8", newline=ends)
-    written(folder / "f.py", SHIFTED)
-    written(folder / "g.py", UNTOUCHED + "# I began\n")
-    alone = {}
-    cohort = begin(lab, tmp_path / "alone", "s", secret, "process", None)
-    for entry in entries_in(folder, lab):
-        alone[entry.student] = grade(lab, cohort.job(entry))
-    asked = []
-
-    class Counted:
-        def ask(self, job, lab):
-            asked.append(job.student)
-            return graders.grade_job(graders.sendable(job), lab.folder)
-
-        def stop(self):
-            pass
-
-    monkeypatch.setattr(cohort_module, "Workers", Counted)
-    cohort = begin(lab, tmp_path / "out", "s", secret, "process", None)
-    entries = entries_in(folder, lab)
-    reports = run_cohort(cohort, entries, 1)
-    assert sorted(asked) == ["a", "f", "g"]
-    for entry, report in zip(entries, reports):
-        assert cohort.done(entry) == replace(report, warnings=())
-        bare = [replace(check, asked="") for check in report.checks]
-        right = [replace(check, asked="") for check in alone[entry.student].checks]
-        assert bare == right
-        given = dict(seconds=0.0, checks=(), warnings=(), output="")
-        assert (
-            replace(report, **given).as_json() == replace(alone[entry.student], **given).as_json()
-        )
 
 
 def test_an_interrupt_that_a_waiting_thread_receives_is_answered(

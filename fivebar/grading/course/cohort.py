@@ -19,16 +19,14 @@ from ...base.progress import progress
 from ...base.representation import printable
 from ...base.tables import STRANGE
 from ...base.workers import first_done
-from ..grade import OTHER_LAB, OTHER_ROBOT, job_hash, own_robot
+from ..grade import OTHER_LAB, OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
 from ..intake.program import Job
 from ..intake.students_robots import robot_for
 from ..judging.results import Report
 from ..labs import Lab
 from ..report.outputs import file_name, write_whole
-from ..report.text import nothing_is_filled_in
 from ..robots import parameters_of
-from ..worker.submission import SubmissionError, read_submission
 from .graders import GraderError, Workers
 
 STATE = "grading.json"
@@ -64,49 +62,9 @@ class Cohort:
             self.packages,
         )
 
-    def is_untouched(self, entry: Entry) -> bool:
-        """Return whether an entry's file is the one to fill in, as it was handed out."""
-        if entry.trouble:
-            return False
-        try:
-            submission = read_submission(entry.path, entry.member)
-            template = self.lab.template(self._own_robot(entry))
-        except (SubmissionError, UsageError):  # A template without lines for a robot of one's own.
-            return False
-        return submission.source == template and not submission.remark
-
-    def _own_robot(self, entry):
-        """Return the robot whose numbers stand in the file that a student got, None: the lab's."""
-        if self.secret is None or self.lab.constants() or self.lab.hides_robot:
-            return None
-        return self.job(entry).robot
-
     def file(self, entry: Entry, suffix: str) -> Path:
         attempt = f".{entry.attempt}" if entry.attempt > 1 else ""
         return self.out / "students" / (file_name(entry.student) + attempt + suffix)
-
-    def keep(self, entry: Entry, report: Report) -> Report:
-        """Write a report to disk, and return it."""
-        text = json.dumps(report.as_json(figures=True), indent=1) + "\n"
-        write_whole(self.file(entry, ".json"), text)
-        return report
-
-    def copied(self, report: Report, entry: Entry) -> Report:
-        """Return the report on an untouched file for another who handed it in."""
-        job = self.job(entry)
-        robot = self._own_robot(entry)
-        return replace(
-            report,
-            notes=report.notes if robot is None else own_robot(self.lab, robot),
-            submission=job.name,
-            student=job.student,
-            robot=parameters_of(job.robot),
-            submission_hash=job_hash(job),
-            # What was asked is drawn for the first one's robot.
-            checks=tuple(replace(check, asked="") for check in report.checks),
-            seconds=0.0,
-            warnings=(),
-        )
 
     def done(self, entry: Entry) -> Report | None:
         """Return the Report of an earlier run on the same file, lab, seed and robot; else None."""
@@ -159,26 +117,17 @@ def begin(
 def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
     """Return reports in the order of the entries; those of an earlier run are kept.
 
-    An untouched student.py is graded once for all who handed it in. Where a machine is short of
-    memory it may kill what grades: who was not graded in turn is tried once more alone. Who still
-    is not has a Report that says so, without checks, and without a file: the next run tries again.
+    Where a machine is short of memory it may kill what grades: who was not graded in turn is tried
+    once more alone. Who still is not has a Report that says so, without checks, and without a file:
+    the next run tries again.
     """
     reports = {entry: report for entry in entries if (report := cohort.done(entry)) is not None}
     left = [entry for entry in entries if entry not in reports]
-    untouched = [entry for entry in left if cohort.is_untouched(entry)]
-    alike = set(untouched[1:])
-    first = [entry for entry in left if entry not in alike]
     if kept := len(reports):
         print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
     with progress(total=len(left), unit=" students") as bar:
         shown = _Shown(bar)
-        _grade_all(cohort, first, jobs, reports, shown)
-        if alike and nothing_is_filled_in(reports[untouched[0]]):
-            for entry in alike:
-                reports[entry] = cohort.keep(entry, cohort.copied(reports[untouched[0]], entry))
-                shown.add(entry, reports[entry])
-        else:
-            _grade_all(cohort, list(alike), jobs, reports, shown)
+        _grade_all(cohort, left, jobs, reports, shown)
         again = [entry for entry in left if reports[entry].ungraded]
         if again and jobs > 1:
             _grade_all(cohort, again, 1, reports, shown)
@@ -254,7 +203,9 @@ def _one(cohort, entry, workers):
         if "report" not in answer:
             why = answer["failed"]
             break
-        report = cohort.keep(entry, Report.from_json(answer["report"]))
+        report = Report.from_json(answer["report"])
+        text = json.dumps(report.as_json(figures=True), indent=1) + "\n"
+        write_whole(cohort.file(entry, ".json"), text)
         return replace(report, warnings=tuple(answer["warnings"]))
     return Report(
         cohort.lab.name, entry.path.name, (), entry.student, ungraded=f"NOT GRADED: {why}"
