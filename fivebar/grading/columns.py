@@ -1,5 +1,5 @@
-"""Questions as columns (n,): the joints of batches of poses and motions, and 2 x 2 matrices on
-them.
+"""Questions as columns (n,): the joints of batches of poses and motions, 2 x 2 matrices on
+them, and the sizes of answers.
 """
 
 from __future__ import annotations
@@ -81,3 +81,11 @@ def inverse(matrix: Array) -> Array:
     determinant = np.linalg.det(matrix)[..., None, None]
     singular = determinant == 0
     return adjugate / np.where(singular, np.nan, determinant)
+
+
+def largest(answers: np.ndarray) -> np.ndarray:
+    """Return per number the largest answer, (k,); 1 where all are 0 or none exists."""
+    sizes = np.abs(answers)
+    existing = np.where(np.isnan(answers), 0.0, sizes)
+    most = np.max(existing, axis=0, initial=0.0)
+    return np.where(most > 0, most, 1.0)

@@ -23,14 +23,12 @@ class Misconception:
     """A wrong model with a name and a hint that leads without telling; `model` has the form of
     Exercise.answer.
 
-    turn: one turn in the unit of the model's angles. idle: the answers say nothing of the robot, so
-        nothing follows.
+    idle: the answers say nothing of the robot, so nothing follows.
     """
 
     name: str
     hint: str
     model: Any = field(repr=False)  # None where no model is meant
-    turn: float = 2 * np.pi
     idle: bool = False
 
 

@@ -18,7 +18,6 @@ from unittest.mock import patch
 import pytest
 
 from ..base.progress import progress
-from ..models.robots import Robot
 from .advice.advice import of_another
 from .intake.program import Job, NoProgram, Program, session
 from .intake.students_robots import PUBLIC_SEED
@@ -210,13 +209,8 @@ def _notes(lab, robot, program):
             other.append(f"{name} = {own:g} (graded for {right:g})")
     if other:
         return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
-    return own_robot(lab, robot)
-
-
-def own_robot(lab: Lab, robot: Robot) -> tuple[str, ...]:
-    """Return what a report says of a file that holds a robot of its student's own."""
     standard = parameters_of(lab.robot())
-    own = [f"{k} = {v:g}" for k, v in parameters_of(robot).items() if v != standard[k]]
+    own = [f"{name} = {value:g}" for name, value in numbers if value != standard[name]]
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 

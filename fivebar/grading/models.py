@@ -1,4 +1,4 @@
-"""The exercises on the models of a robot: the right ones, and the slips that the papers name."""
+"""The exercises on the models of a robot: the right ones, and the slips that a lab expects."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ import numpy as np
 from ..base.backend import pairs
 from ..models import geometry
 from ..models.robots import Biglide, FiveBar, Robot
-from .advice.derivation import Derivation, Step
-from .advice.slips import BOTH, SLIPS
 from .columns import Array, Columns
+from .derivation import Derivation, Step
 from .exercise import Exercise, Misconception
 
-Kind = type[FiveBar] | type[Biglide]
 # Each function, what it returns, and that of a derivation.
 _TABLE = """
 dgm(q11, q21, assembly_mode) -> x, y: tip
@@ -48,45 +46,42 @@ MODELS = dict(map(_read, _TABLE.strip().splitlines()))
 SHAPES: dict[str, tuple[int, ...]] = {"c": (2,)} | dict.fromkeys("ABM", (2, 2))
 
 
-def dgm(robot: Robot, q11: Array, q21: Array, assembly_mode: Array) -> geometry.Pose:
+def _dgm(robot, q11, q21, assembly_mode):
     """Return the poses of a batch of active joints, nan where there are none."""
     modes = np.asarray(assembly_mode, int)
     return geometry.dgm(robot, np.stack([q11, q21], axis=-1), modes, "nan")
 
 
-def igm(robot: Robot, x: Array, y: Array, gamma1: Array, gamma2: Array) -> geometry.Pose:
-    """Return the poses of a batch of end-effector positions, nan where there are none."""
-    modes = np.stack([gamma1, gamma2], axis=-1).astype(int)
-    return geometry.igm(robot, np.stack([x, y], axis=-1), modes, "nan")
+def _igm(robot, x, y, *gammas):
+    """Return the active joints of a batch of positions, nan where there are none."""
+    modes = np.stack(gammas, axis=-1).astype(int)
+    return tuple(geometry.igm(robot, np.stack([x, y], axis=-1), modes, "nan").q.T)
 
 
 # What the package answers itself, up to the limits of reach.
 RIGHT = {
-    "dgm": lambda robot, *row: tuple(dgm(robot, *row).xi.T),
-    "dgm_passive": lambda robot, *row: tuple(dgm(robot, *row).q_passive.T),
-    "igm": lambda robot, *row: tuple(igm(robot, *row).q.T),
+    "dgm": lambda robot, *row: tuple(_dgm(robot, *row).xi.T),
+    "dgm_passive": lambda robot, *row: tuple(_dgm(robot, *row).q_passive.T),
+    "igm": _igm,
 }
 
 
 def derived(name: str, steps: Mapping[str, Step], robot: Robot, *row: Array) -> Columns:
     """Return what a function of the labs gives with other steps in its derivation, as columns."""
-    _, arguments, returns, _ = MODELS[name]
-    _, found = _computed(name, robot, dict(zip(arguments, row)), steps)
+    _, arguments, returns, parts = MODELS[name]
+    s = Derivation(robot, dict(zip(arguments, row)), steps)
+    found = [np.asarray(getattr(s, part)) for part in parts]
     if len(found) == len(returns):
         return tuple(np.broadcast_to(part, (len(row[0]), *part.shape[1:])) for part in found)
-    if np.iscomplexobj(found[0]):
-        points = found[0].reshape(len(row[0]), -1)
-        found = [pairs(points).reshape(len(row[0]), -1)]
-    return tuple(found[0].T)
+    points = found[0].reshape(len(row[0]), -1)
+    return tuple(pairs(points)[:, 0].T) if np.iscomplexobj(points) else tuple(points.T)
 
 
-def _computed(name, robot, given, steps):
-    """Return the derivation of a function and the quantities that it returns."""
-    s = Derivation(robot, given, steps)
-    return s, [np.asarray(getattr(s, part)) for part in MODELS[name][3]]
-
-
-def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
+def exercises_on(
+    kind: type[FiveBar] | type[Biglide],
+    *names: str,
+    slips: Mapping[str, tuple[str, Mapping[str, Step]]] = {},
+) -> list[Exercise]:
     """Return the exercises on these models of a robot.
 
     Parameters
@@ -95,6 +90,9 @@ def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
         The class of the robot: `FiveBar` or `Biglide`.
     *names
         Functions, such as "dgm" or "dkm2".
+    slips
+        Name -> its hint, and other steps of `fivebar.grading.derivation`, as a lab's
+        students may take them.
 
     Examples
     --------
@@ -103,29 +101,18 @@ def exercises_on(kind: Kind, *names: str) -> list[Exercise]:
     >>> exercises_on(fb.FiveBar, "dgm")[0].arguments
     ('q11', 'q21', 'assembly_mode')
     """
-    words, exercises = kind.words, []
-    known = BOTH, "five-bar" if kind.turns else "biglide"
-    places = {"base": words.base, "pivots": words.pivots, "pivot": words.pivots}
-    places["inertias"] = " and ".join(words.inertias)
+    exercises = []
     for name in names:
-        places["rate"] = "acceleration" if name == "dkm2_passive" else "rate"
-        signature, arguments, returns, _ = MODELS[name]
-        wrong = []
-        with np.errstate(all="ignore"):
-            used = _computed(name, kind(), dict.fromkeys(arguments, np.ones(1)), {})[0].used
-        # Another slip gives the right answers, and to see that takes time.
-        slips = [slip for slip in SLIPS if slip.robots in known and slip.steps.keys() & used]
-        for slip in slips:
-            for title, steps in slip.variants():
-                model = partial(derived, name, steps)
-                texts = title.format(**places), slip.hint.format(**places)
-                wrong.append(Misconception(*texts, model))
+        signature, _, returns, _ = MODELS[name]
         turning = name == "dgm_passive" or (name == "igm" and kind.turns)
         exercises.append(
             Exercise(
                 signature,
                 RIGHT.get(name, partial(derived, name, {})),
-                tuple(wrong),
+                tuple(
+                    Misconception(slip, hint, partial(derived, name, steps))
+                    for slip, (hint, steps) in slips.items()
+                ),
                 angles=tuple(returns) if turning else (),
                 shapes={key: SHAPES[key] for key in returns if key in SHAPES},
             )

@@ -20,11 +20,10 @@ import pytest
 
 from ..models.robots import Robot
 from .advice.advice import Advice
-from .exercise import Misconception
 from .intake.program import Job, Program
 from .intake.students_robots import PUBLIC_SEED
 from .judging.ask import Ask, Wrong
-from .judging.diagnosis import consistent, denied, explains
+from .judging.diagnosis import consistent
 from .judging.judge import Verdict
 from .judging.results import checked
 from .judging.with_right_ones import NEVER, helped, may_help, remark
@@ -34,7 +33,6 @@ from .worker.cell.stand_in import FORMS
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
-NO_NAME = Misconception("", "", None)
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,7 @@ class Checks:
         self.killed: Any = None
         self.bar = None  # of who watches
         self._hopeless: dict = {}
-        self.verdicts: dict = {}  # function -> place in `found` -> Verdict
+        self.verdicts: dict = {}  # place in `found` -> Verdict
         self.asks: list[Ask] = []
         self.failed: dict[str, Failed] = {}  # by a test's name
 
@@ -194,13 +192,10 @@ class Checks:
         robot = self.program.robot_in(lab)
         with helped(self.program, given, robot, lab.constants(), change) as program:
             ask = Ask(program, lab, {}, self._drawn("order", item))
-            arguments = {"ask": ask, "draw": self._drawn("", item)}
-            for name in signature(item.obj).parameters:
-                arguments.setdefault(name, self.failed[item.name].arguments.get(name))
-            wanted = signature(item.obj).parameters
+            known = self.failed[item.name].arguments | {"ask": ask, "draw": self._drawn("", item)}
             share, left = 1.0, None
             try:
-                item.obj(**{name: arguments[name] for name in wanted})
+                item.obj(**{name: known[name] for name in signature(item.obj).parameters})
             except AssertionError as second:
                 left = second
                 share = second.verdict.share if isinstance(second, Wrong) else 0.0
@@ -214,10 +209,8 @@ class Checks:
         names, last = " and ".join(names), _diagnosis(left)
         verdict = replace(error.verdict, diagnosis=consistent(names))
         if last is not None:
-            # The mistake gives these answers, not those with the wrong functions.
             remarks = *verdict.remarks, f"your {names} is wrong, too"
-            answers = left.verdict.answers
-            verdict = replace(verdict, diagnosis=last, answers=answers, remarks=remarks)
+            verdict = replace(verdict, diagnosis=last, remarks=remarks)
         record = item.stash[_ASK].record
         record[-1] = replace(record[-1], verdict=verdict)
         return Wrong(verdict)
@@ -257,47 +250,13 @@ class Checks:
             self.found.pop()  # its teardown failed too
         self.found.append(check)
         if isinstance(error, Wrong):
-            self._one_name(error.verdict)
+            self.verdicts[len(self.found) - 1] = error.verdict
             report.longrepr = "\n".join(check_lines(check, 100))
         elif check.outcome == "broken":
             self.trouble.append(f"{check.title}: {check.text}")
 
-    def _one_name(self, verdict):
-        """Give the mistake of a function the same name in all of its checks, where one name tells
-        both.
-        """
-        last, known = self.found[-1], self.verdicts.setdefault(self.found[-1].function, {})
-        known[len(self.found) - 1] = verdict
-        for place, earlier in known.items():
-            check = self.found[place]
-            if check.misconception == last.misconception or not last.misconception:
-                continue
-            if earlier.diagnosis and explains(verdict.diagnosis, earlier.answers):
-                self._rename(place, verdict.diagnosis)
-            elif earlier.diagnosis and explains(earlier.diagnosis, verdict.answers):
-                self._rename(-1, earlier.diagnosis)
-
-    def _rename(self, place, mistake):
-        found = replace(self.found[place], misconception=mistake.name, hint=mistake.hint)
-        self.found[place] = found
-
-    def _withdraw_names(self) -> None:
-        """Take back the mistakes that give the answers of one check of a function only: its other
-        checks ask the same formulas.
-        """
-        for known in self.verdicts.values():
-            others = [*known.values()]
-            for place, verdict in [*known.items()]:
-                mistake = verdict.diagnosis
-                if mistake is None or mistake.model is None:
-                    continue
-                if any(denied(mistake, other.answers) for other in others):
-                    self._rename(place, NO_NAME)
-                    known[place] = replace(verdict, diagnosis=None)
-
     def tell_advice(self, lab: Lab) -> None:
         """Tell what makes wrong functions right, and judge again what builds on them."""
-        self._withdraw_names()
         if self.program is not None and self.program.confined:
             self._tell_advice_of_session(lab)
         elif self.explains and self.program is not None and self.program.again is not None:

@@ -15,22 +15,9 @@ from ..models.kinematics import Accelerations, dkm, dkm2, ikm, ikm2
 from ..models.robots import Robot
 from ..simulation.simulate import simulate
 from .columns import Columns, batch, joint_motion, joints
-from .exercise import Exercise
-from .models import Kind, exercises_on
 from .samples import poses
 
-TEN = (
-    "dgm",
-    "igm",
-    "dgm_passive",
-    "dkm",
-    "ikm",
-    "dkm_passive",
-    "dkm2",
-    "ikm2",
-    "dkm2_passive",
-    "dynamic_model",
-)
+TEN = "dgm igm dgm_passive dkm ikm dkm_passive dkm2 ikm2 dkm2_passive dynamic_model".split()
 # What a function may call without paying for its mistakes. No two may call each other: the right
 # one of either would answer for both.
 USES = {
@@ -128,11 +115,6 @@ def unreachable(robot: Robot, name: str, draw: np.random.Generator, n: int) -> C
     x, y = xi[out_of_reach][:n].T
     gamma1, gamma2 = draw.choice([-1, 1], (2, n))
     return x, y, gamma1, gamma2
-
-
-def exercises(kind: Kind) -> list[Exercise]:
-    """Return the exercises on the ten models."""
-    return exercises_on(kind, *TEN)
 
 
 def checks() -> dict[str, Callable]:

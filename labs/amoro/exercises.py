@@ -1,7 +1,10 @@
-"""The five-bar of the AMORO lab: its ten functions."""
+"""The five-bar of the AMORO lab: its ten functions, right and with the slips that are expected."""
+
+import numpy as np
 
 from fivebar import FiveBar
 from fivebar.grading import ten_models
+from fivebar.grading.models import exercises_on
 
 FILE = "five_bar_models.py"
 WITH = ("amoro-biglide",)  # whose file comes in the same hand-in
@@ -17,5 +20,18 @@ CONSTANTS = {
     "ZZ2R": ("zz2",),
     "mR": ("m",),
 }
-EXERCISES = ten_models.exercises(FiveBar)
+SPEED = "Let the motors run at constant speed: is the end-effector's acceleration 0?"
+SLIPS = {
+    "sign of the base joint's x, in the right leg": (
+        "Write down the x of both base joints. Where is the origin of the frame?",
+        {"base": lambda s: np.full(2, -s.robot.d / 2)},
+    ),
+    "d forgotten": (SPEED, {"d": lambda s: 0 * s.far}),
+    "c forgotten": (SPEED, {"c": lambda s: 0 * s.d}),
+    "both inertias added in all of M": (
+        "xi' = J q'. Write the kinetic energy with q'.",
+        {"Z": lambda s: np.full((2, 2), sum(s.robot.inertias))},
+    ),
+}
+EXERCISES = exercises_on(FiveBar, *ten_models.TEN, slips=SLIPS)
 USES = ten_models.USES

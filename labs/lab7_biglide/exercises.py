@@ -8,6 +8,7 @@ import numpy as np
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.columns import times
+from fivebar.grading.derivation import STEPS, inverse, product, turned
 from fivebar.grading.models import exercises_on
 from fivebar.grading.ten_models import TEN
 
@@ -60,7 +61,49 @@ EFFORTS = Exercise(
     ),
 )
 
-EXERCISES = [*exercises_on(fb.Biglide, *TEN), EFFORTS]
+ENERGY = "xi' = J q'. Write the kinetic energy with q'."
+ROOT = "Can the bars really meet there? Measure them in the pose that you return."
+
+
+def heights(square):
+    """Return the steps in which the squares of both triangles' heights are other ones."""
+    return {
+        "h": lambda s: np.sqrt(square(s.distal[1] ** 2 - s.a**2)),
+        "rise": lambda s: np.sqrt(square(s.distal**2 - s.b**2)),
+    }
+
+
+SLIPS = {
+    "x and y exchanged": (
+        "In which order does the task ask for x and y?",
+        {"tip": lambda s: 1j * np.conj(STEPS["tip"](s))},
+    ),
+    "stops at H": ("How far is your point from either of the feet?", {"h": lambda s: 0 * s.a}),
+    "root of an absolute value": (ROOT, heights(np.abs)),
+    "height 0 where the bars do not meet": (ROOT, heights(lambda square: np.maximum(square, 0))),
+    "matrices in the wrong order": (
+        "Solve A xi' = B q' for what you look for: which matrix is on the other side?",
+        {"J": lambda s: s.B @ inverse(s.A), "J_inverse": lambda s: s.A @ inverse(s.B)},
+    ),
+    "only the inertias in M": (ENERGY, {"M": lambda s: s.Z + 0 * s.J}),
+    "both inertias added in all of M": (
+        ENERGY,
+        {"Z": lambda s: np.full((2, 2), sum(s.robot.inertias))},
+    ),
+    "feet's masses moved with the end-effector": (
+        "Which of these masses move along x, too?",
+        {"robot": lambda robot: replace(robot, m=robot.m + sum(robot.inertias), mf1=0.0, mf2=0.0)},
+    ),
+    "masses of feet and end-effector exchanged": (
+        ENERGY,
+        {"robot": lambda robot: replace(robot, mf1=robot.m, mf2=robot.m, m=robot.mf1)},
+    ),
+    "c without A^-1": (
+        "m (A^-1 d) is a force. Which efforts is it worth?",
+        {"c": lambda s: s.robot.m * product(turned(s.J), s.d)},
+    ),
+}
+EXERCISES = [*exercises_on(fb.Biglide, *TEN, slips=SLIPS), EFFORTS]
 USES = {
     "dgm_passive": ("dgm",),
     "efforts": (

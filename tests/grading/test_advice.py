@@ -86,9 +86,7 @@ def test_one_mode_for_both_legs_is_named_beside_a_clamped_cosine(tmp_path):
         ("l22, gamma2)", "l22, gamma1)"),
     )
     names = {name for _, _, name in said(report("lab1", "lab1", tmp_path, *changes)) if name}
-    assert any("gamma1, used for both legs" in name for name in names)
-    allowed = "gamma1, used for both legs|gamma1 in place of gamma2"
-    assert all(re.search(allowed, name) for name in names)
+    assert names == {"gamma1 in place of gamma2"}
 
 
 @pytest.mark.deep
@@ -125,7 +123,7 @@ def test_a_name_used_before_it_has_a_value_is_told_in_pythons_words(tmp_path):
         ("    M = np.diag([zz1, zz2]) + m", "    m = m / 1\n    M = np.diag([zz1, zz2]) + m"),
     )
     function, text, name = said(found, "dynamic_model")[0]
-    assert "UnboundLocalError" in text and "'m'" in text and name == ""
+    assert "UnboundLocalError" in text and "'m'" in text and name == "m = m / 1 too much"
 
 
 @pytest.mark.deep
@@ -191,7 +189,7 @@ def test_a_wrong_helper_is_called_by_the_mistake_that_it_holds(tmp_path):
         ("l * (u22.T @ v21)", "l * (u22.T @ get_u21(q21))"),
     )
     found = report("amoro", "amoro_blocks", tmp_path, *changes)
-    name = "u instead of v for the proximal bar in B"
+    name = "a quarter turn missing in v of the left proximal bar, in your compute_A_B"
     assert {told for _, _, told in said(found)} == {name} and found.points == 18
     assert {c.spot for c in found.checks if c.share < 1} == {
         "line 42: get_u11(q11): right answers come with v11, in 2 places"
@@ -247,22 +245,6 @@ def test_the_order_of_the_functions_does_not_matter_where_a_helper_is_called_by_
     assert report("amoro", "amoro_blocks", tmp_path, changes[0], changes[1]).points == 18
 
 
-@pytest.mark.deep
-def test_a_slip_beside_one_of_a_helper_that_is_found_later_is_told(tmp_path):
-    """The inverse model is looked at first; the change in its helper is found for the direct one."""
-    matrix = "B = np.array([[sin(q12), 0], [0, sin(q22)]])"
-    product = "np.linalg.inv(B).dot(A.dot(np.array([xDD, yDD])) - b)"
-    found = report(
-        "amoro-biglide",
-        "biglide_blocks",
-        tmp_path,
-        (matrix, matrix.replace("sin", "cos")),
-        (product, product.replace("yDD", "3 * yDD")),
-    )
-    (spot,) = {c.spot for c in found.checks if c.function == "ikm2" and c.share < 1}
-    assert re.search("3.*right answers come with.*, after the change in your compute_A_B", spot)
-
-
 def test_a_name_is_not_denied_where_its_mistake_gives_right_answers():
     """At constant speed, and on and on: a path that rests before and after is a matter of its own."""
     space = {}
@@ -288,7 +270,7 @@ def test_points_stand_where_the_search_fails(tmp_path, monkeypatch):
 
 
 @pytest.mark.deep
-def test_slips_beside_one_of_a_constructor_are_told_in_their_places(tmp_path):
+def test_a_slip_of_a_constructor_and_one_beside_it_are_told_in_their_places(tmp_path):
     found = report(
         "amoro",
         "amoro_legs",
@@ -298,13 +280,8 @@ def test_slips_beside_one_of_a_constructor_are_told_in_their_places(tmp_path):
         ("self.n2() / l - self.q1D\n", "self.n2() / l\n"),
         ("+ l * self.q1D**2 * self.e1()", "- l * self.q1D**2 * self.e1()"),
     )
-    lines = {c.function: c.spot.split(":")[0] for c in found.checks if c.share < 1}
-    assert lines == {
-        "igm": "line 43",
-        "ikm": "line 20",
-        "dkm_passive": "line 57",
-        "dkm2_passive": "line 63",
-    }
+    lines = {c.function: c.spot.split(":")[0] for c in found.checks if c.spot}
+    assert lines == {"igm": "line 43", "ikm": "line 20"}
 
 
 @pytest.mark.deep

@@ -161,20 +161,6 @@ def test_angles_are_compared_modulo_a_turn():
     assert judge(igm, None, (x,), [Reply("value", value + np.pi) for value in x]).share == 0
 
 
-def test_angles_in_degrees_are_recognised_whatever_turn_they_come_with():
-    degrees = Misconception("degrees", "Which unit?", lambda robot, x: np.degrees(x), turn=360.0)
-    igm = Exercise("igm(x) -> q11", lambda robot, x: x, (degrees,), angles=("q11",))
-    x = np.array([0.1, -3.0])
-    assert (
-        judge(igm, None, (x,), [Reply("value", v) for v in np.degrees(x) + [0, 360]]).diagnosis
-        is degrees
-    )
-    assert (
-        judge(igm, None, (x,), [Reply("value", v) for v in np.degrees(x) + [0, 180]]).diagnosis
-        is None
-    )
-
-
 def test_matrices_and_vectors_are_read():
     model = Exercise(
         "f(a) -> M, c",

@@ -120,9 +120,7 @@ def test_a_name_comes_before_a_number_that_it_may_have():
 
 def test_where_nothing_can_be_divided_by_products_are_looked_for_all_the_same():
     known = {"q11D": samples(5)["a"]}
-    values = Values(
-        samples(5)["b"], samples(5)["w"], known, slopes=np.tile([[1.0], [0.0]], (4, 1, 1))
-    )
+    values = Values(samples(5)["b"], samples(5)["w"], known)
     assert list(long_formulas(values)) == []
     assert list(long_formulas(Values(values.old, values.wanted, {}))) == []
 
@@ -155,20 +153,6 @@ def test_a_product_with_the_square_of_a_sum_of_rates_is_found():
     assert found[0] == "l**2*(qD + pD)**2"
 
 
-def test_a_term_of_which_the_answer_shows_a_part_is_found():
-    """Four rows of two numbers, of which the answer depends by one number alone."""
-    known, draw = samples(11), np.random.default_rng(12)
-    old, term = known["w"], -2 * known["l"] * known["b"]
-    slopes = draw.uniform(0.5, 2.0, (4, 2, 1))
-    along = slopes / np.sum(slopes**2, axis=1, keepdims=True)
-    shown = np.sum(term.reshape(4, 2, 1) * slopes, axis=1, keepdims=True)
-    wanted = old + np.ravel(along * shown)  # the nearest numbers that make the answer right
-    values = Values(old, wanted, known, size=2, slopes=slopes)
-    assert [*short_formulas(values)] == []
-    kind, text = next(long_formulas(values))
-    assert kind == "a term" and worth(text, known, old) == pytest.approx(old + term)
-
-
 def test_a_matrix_may_need_a_number_for_a_factor_but_no_other_matrix():
     draw = np.random.default_rng(15)
     known = {name: draw.uniform(0.3, 1.4, 12) for name in ("J", "(J.T @ A)")}
@@ -195,7 +179,7 @@ def f(q11, q21):
 
 def watched(source=SOURCE, function="f"):
     """The groups of places of a program, by what stands there, and a function to call it."""
-    request = {"function": function, "apart": [], "steps": [], "watched": True, "wave": None}
+    request = {"function": function, "apart": [], "made": [], "watched": True, "wave": None}
     program = Trials(ast.parse(source).body).of(request)
     space = {}
     exec(source, space)

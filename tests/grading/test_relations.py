@@ -40,17 +40,11 @@ def named(exercise, *came, rows=12, refused=(), tolerance=1e-9):
 
 
 RELATIONS = {
-    "exchanged": (PAIR, (Y, X), "x and y exchanged"),
     "constant": (
         PAIR,
         (0 * X + 1, 0 * Y),
         "always the same answer, whatever the arguments: is it still to be written?",
-    ),
-    "a placeholder beside a right number": (
-        PAIR,
-        (X, X - X),
-        "y is 0, whatever the arguments: is it still to be written?",
-    ),
+    )
 }
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from fivebar.grading import Reply, check
-from fivebar.grading.judging.changing_answers import changing
+from fivebar.grading.judging.questions import changing
 
 
 def test_only_values_can_change():

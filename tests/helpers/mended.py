@@ -117,7 +117,7 @@ def _made(body, lab, function, line, old, new, ranks):
 
 def _written(body, lab, function, line, old, new):
     """The program with a formula written in one place or two, None where there is no such place."""
-    watched = Watched(body, function, [*lab.exercises()], [])
+    watched = Watched(body, function, [*lab.exercises()])
     new, _, places = new.partition(", in ")
     words = watched.told([[-1]])["changes"]
     numbers = [
@@ -127,7 +127,7 @@ def _written(body, lab, function, line, old, new):
     ]
     used = {node.id for part in body for node in ast.walk(part) if isinstance(node, ast.Name)}
     missing = {"acos", "asin", "atan2", "sin", "cos", "sqrt", "pi"} - used
-    text = re.sub(rf"\b({'|'.join(missing)})\b", r"__import__('math').\1", new)
+    text = re.sub(rf"(?<![.\w])({'|'.join(missing)})\b", r"__import__('math').\1", new)
     return watched.changed([[numbers[0], "", text]])[0] if numbers else None
 
 

@@ -380,7 +380,7 @@ OWN = {
     "the system": """grading.worker.cell.confine:_descriptor grading.worker.cell.landlock:restrict
         grading.worker.launch:_spare_user grading.worker.sandbox:_kill_orphan
         study.speed_accuracy.machine:_processor""",
-    "bytes that are not taken apart": """grading.course.feedback:write_page grading.grade:file_hash cli.grade:_secret
+    "bytes that are not taken apart": """grading.grade:file_hash cli.grade:_secret
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",

@@ -15,17 +15,15 @@ from ..judging.results import Check, checked
 from ..judging.with_right_ones import Budget, builds_on
 from ..labs import Lab
 from ..report.text import not_started
-from .search import MOST_FUNCTIONS, Mend, find_mend
+from .search import MOST_FUNCTIONS, find_mend
 
 if TYPE_CHECKING:
     from ..plugin import Checks
 
 MOST_SECONDS = 20.0  # of processor time, of the changes that are tried in a file
 SHARE = 0.6  # of what is left, for one function
-NAMED = 0.2  # for one whose mistake has a name, where no other one can be helped
-MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
-MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
+MENDED = "value nan exception shape type accepted".split()
 
 
 def is_named(check: Check) -> bool:
@@ -49,10 +47,8 @@ class Advice:
         for ask in checks.asks:
             for rows in ask.rows_asked:
                 self._asked.setdefault(rows.exercise.name, []).append(rows)
-        self._mends: list[Mend] = []
-        self._seconds, self._alone = MOST_SECONDS, False
+        self._seconds = MOST_SECONDS
         self._cut: list[str] = []  # functions of which not all was tried
-        self._in_vain: dict[str, list[Mend]] = {}  # function -> changes found before the search
 
     def tell(self) -> None:
         """Tell where one change makes a function right; what else builds on the function that is
@@ -61,7 +57,6 @@ class Advice:
         names = {check.function: None for check in self._checks.found if may_be_mended(check)}
         written = [name for name in names if name in self._asked]
         written.sort(key=lambda name: name not in BY_LEGS)
-        self._alone = len(written) == 1
         for function in written[:MOST_FUNCTIONS]:
             mistakes = self._mistakes(function)
             # One that builds on a function changed before may be right by now.
@@ -70,11 +65,6 @@ class Advice:
             # It is still to be written, or answers by chance.
             if not all(mistake and mistake.idle for mistake in mistakes):
                 self._search(function, mistakes)
-        # What a function needs may be a change that was found for another one after it.
-        for function, before in [*self._in_vain.items()]:
-            unnamed = [k for k in self._places(function) if not is_named(self._checks.found[k])]
-            if unnamed and self._mends_of_helpers(function) != before:
-                self._search(function, self._mistakes(function))
         if self._cut:
             names = " and ".join(dict.fromkeys(self._cut))
             self._checks.notes.append(
@@ -95,30 +85,25 @@ class Advice:
         places = self._places(function)
         if not any(may_be_mended(self._checks.found[k]) for k in places):
             return []
-        known = self._checks.verdicts.get(function, {})
+        known = self._checks.verdicts
         return [known[k].diagnosis if k in known else None for k in places]
 
     def _search(self, function, mistakes):
         """Look for what makes a function right, tell it, and judge others with it."""
-        named = _are_named(mistakes)
-        deep = not named and len(self._in_vain.keys() - {function}) < MOST_IN_VAIN
-        before = self._mends_of_helpers(function)
+        named = all(mistake and mistake.model for mistake in mistakes)
         for asked in self._askings(function):
-            share = NAMED if named and self._alone else SHARE
-            budget = Budget(share * self._seconds)
+            budget = Budget(SHARE * self._seconds)
             self._seconds -= budget.left
             mend = find_mend(
-                self._program, self._lab, function, asked, self._wrong(), deep, before, budget
+                self._program, self._lab, function, asked, self._wrong(), not named, budget
             )
             self._seconds += max(budget.left, 0)
             if mend is not None:
-                self._mends.append(mend)
-                self._tell(mend, function, self._judge_with(mend))
+                self._judge_with(mend)
+                self._tell(mend, function)
                 return
             if budget.left < 0 and not named:
                 self._cut.append(function)
-        if deep:
-            self._in_vain[function] = before
 
     def _askings(self, function):
         """Yield what was asked, and the same for each robot that a right file may have, too, where
@@ -131,41 +116,22 @@ class Advice:
                 own = zip(others, self._asked[function])
                 yield self._asked | {function: [other or rows for other, rows in own]}
 
-    def _mends_of_helpers(self, function):
-        """Return the changes found in helpers that a function may call, the last one first."""
-        outline, exercises = self._program.student.outline, self._lab.exercises().keys()
-        found = []
-        for mend in reversed(self._mends):
-            helpers = mend.inside - exercises
-            if helpers and builds_on(outline, function, helpers):
-                found.append(mend)
-        return found
-
-    def _tell(self, mend, function, others):
-        """Tell what was found in those checks of a function that are not right.
-
-        others: names of mistakes of the functions that are right with it, too. Where these are not
-        the same, each only happens to give the same answers.
-        """
+    def _tell(self, mend, function):
+        """Tell what was found in those checks of a function that are not right."""
         told_at_all = self._lab.spots_from() is not None
         for k in self._places(function):
             check = self._checks.found[k]
-            named = is_named(check)
             told = {"spot": mend.spot(self._program.where)} if told_at_all else {}
-            if not named or others - {check.misconception}:
+            if not is_named(check):
                 told |= {"misconception": mend.name, "hint": mend.hint}
             self._checks.found[k] = replace(check, **told)
 
     def _judge_with(self, mend):
-        """Judge the other functions that call the one that is to be mended with the change made;
-        return the names of mistakes that these had.
-        """
-        names = set()
+        """Judge the other functions that call the one that is to be mended with the change made."""
         outline, changed = self._program.student.outline, mend.inside
-        payers = {each.function for each in mend.with_before}
         for k, check in enumerate(self._checks.found):
             failed = self._checks.failed.get(check.name)
-            if failed is None or check.share == 1 or check.function in payers:
+            if failed is None or check.share == 1 or check.function == mend.function:
                 continue
             asked = failed.ask.asked
             if not any(builds_on(outline, name, changed) for name in asked):
@@ -176,11 +142,8 @@ class Advice:
                 count = "one change" if len(mend.changes) == 1 else "two changes"
                 helper = " and ".join(sorted(changed))
                 ask.remark(f"judged with {count} in your {helper}, for which {mend.function} pays")
-                if is_named(check):
-                    names.add(check.misconception)
                 made = checked(check.name, check.title, check.max_points, ask.record, left)
                 self._checks.found[k] = made
-        return names
 
 
 def of_another(rows: AskedRows, numbers: dict[str, float]) -> AskedRows | None:
@@ -189,8 +152,3 @@ def of_another(rows: AskedRows, numbers: dict[str, float]) -> AskedRows | None:
     own, other = (exercise.outcome(exercise.answer, r, rows.columns) for r in (rows.robot, robot))
     same = rows.constants or np.array_equal(own, other, equal_nan=True)
     return None if same else replace(rows, robot=robot)
-
-
-def _are_named(mistakes):
-    """Return whether all wrong answers of a function are those of known mistakes."""
-    return all(mistake and mistake.model for mistake in mistakes)

@@ -35,8 +35,7 @@ Found = tuple[str, str]  # kind of the mistake, and the formula
 class Values:
     """Of each sample (n,), what a place is worth, what it needs to be, and what stands beside it;
     turns: whether a whole turn more is the same; size: so many samples after the other are the
-    parts of one array; slopes: of the answer's numbers (rows, samples of a row, numbers), where
-    these do not tell all that is needed.
+    parts of one array.
     """
 
     old: np.ndarray
@@ -44,15 +43,6 @@ class Values:
     beside: Mapping[str, np.ndarray]
     turns: bool = False
     size: int = 1
-    slopes: np.ndarray | None = None
-
-    def seen(self, values: np.ndarray) -> np.ndarray:
-        """Return what the answer shows of values (..., n)."""
-        if self.slopes is None:
-            return values
-        rows, unknowns, _ = self.slopes.shape
-        parts = values.reshape(*values.shape[:-1], rows, unknowns)
-        return np.einsum("...ru,ruk->...rk", parts, self.slopes).reshape(*values.shape[:-1], -1)
 
     def alike(self, a: np.ndarray, b: np.ndarray) -> bool:
         """Return whether two formulas are worth the same in all samples, but for half turns: a
@@ -65,10 +55,10 @@ class Values:
 
 def short_formulas(values: Values) -> Iterator[Found]:
     """Yield formulas that are worth what is needed, with one other value at most."""
-    steps = (_another, _of_itself, _with_one)
     with np.errstate(all="ignore"):
-        for step in steps if values.slopes is None else (_with_another,):
-            yield from step(values)
+        yield from _another(values)
+        yield from _of_itself(values)
+        yield from _with_one(values)
 
 
 def long_formulas(values: Values) -> Iterator[Found]:
@@ -128,10 +118,6 @@ def _with_one(values):
             yield "a term", f"{OLD} - {name}"
 
 
-def _with_another(values):
-    yield from _with_products(values, 1, MOST_ATOMS)
-
-
 def _with_products(values, count, most):
     """Yield the old value with a product of so many values more, as a term or a factor, or such
     a product in its place; in the product one value may be divided by.
@@ -142,7 +128,7 @@ def _with_products(values, count, most):
     every = np.array([*combinations_with_replacement(range(len(names)), count)])
     every = every[is_matrix[every].sum(axis=1) <= 1]
     below = np.array([_divides(name) for name in names]) & ~is_matrix
-    wanted, more = values.seen(values.wanted), values.seen(values.wanted - values.old)
+    wanted, more = values.wanted, values.wanted - values.old
     for split in (None, *range(count)):
         picked = every
         if split is not None:
@@ -154,14 +140,12 @@ def _with_products(values, count, most):
         products = np.prod(table[picked], axis=1)
         if split is not None:
             products = products / table[picked[:, split]] ** 2
-        terms, factors = values.seen(products), values.seen(products * values.old)
-        for chosen, factor in _fitting(more / terms, picked):
+        for chosen, factor in _fitting(more / products, picked):
             yield "a term", _plus(factor, _product(names, chosen, split))
-        for chosen, factor in _fitting(wanted / terms, picked):
-            text = _times(factor, _product(names, chosen, split))
-            yield "a variable" if text in names else "a formula", text
-        factors[is_matrix[picked].any(axis=1)] = np.nan
-        for chosen, factor in _fitting(wanted / factors, picked):
+        for chosen, factor in _fitting(wanted / products, picked):
+            yield "a formula", _times(factor, _product(names, chosen, split))
+        plain = ~is_matrix[picked].any(axis=1)
+        for chosen, factor in _fitting(wanted / values.old / products[plain], picked[plain]):
             yield "a factor", _times(factor, f"{OLD}*{_product(names, chosen, split)}")
 
 

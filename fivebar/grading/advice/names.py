@@ -14,13 +14,12 @@ import numpy as np
 
 from ...base.backend import pairs
 from ..columns import Array, inverse
+from ..derivation import Derivation, turned
 from ..judging.questions import AskedRows, rows_from
-from ..judging.relations import MODES
+from ..judging.with_right_ones import MODES
 from ..robots import has_models, parameters_of
 from ..worker.student import Tried
 from ..worker.wire import Change
-from .derivation import Derivation, turned
-from .slips import ATAN, UNITS  # noqa: F401  a hint in KINDS
 
 ALL = -1  # in place of a place's number: all are told
 ROWS = 6  # in which values are compared
@@ -80,6 +79,8 @@ QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
     "the absolute angle of the {leg}distal bar": "absolute",
     "the {leg}passive joint": "relative",
 }
+UNITS = "Write the unit of each term beside it: all terms of a sum have the same."
+ATAN = "Some of your angles are off by half a turn. What does y / x forget?"
 FLIPPED = "Flip the mode alone: which of your answers change, and which must?"
 SIGNS = "Go through the signs of your formula: which terms add, and which subtract?"
 TERMS = "Derive the formula once more on paper: how many terms does it have?"
@@ -97,7 +98,7 @@ BRACKETS = "In which order does Python compute your formula? Where do brackets b
 INDICES = "Read each index in your formula: which row is it, which column?"
 CROSSINGS = "Which sign has the margin before the crossing, which one behind it? Is it always so?"
 CONDITIONS = "Go through your conditions: which case do they choose, and when?"
-LINES = "Compare this line with that of the other leg."
+ORDER = "In which order are these wanted?"
 DRAWN = "Draw the vector: which way does it point, and which way should it?"
 # Kind of the change; what stands there => what would be right; what it is called; its hint, where a
 # name in braces is a hint above.
@@ -124,6 +125,7 @@ a term; ^(?P<rest>.+) [+-] (?P<term>[^+-]+) => (?P=rest)$; {term} too much; {TER
 a term; ^(?P<rest>.+) => (?P=rest) [+-] (?P<term>[^+-]+)$; {term} forgotten; {TERMS}
 a term; ; a wrong term; {TERMS}
 a formula; ; a wrong formula; {TERMS} Which lengths and angles does it hold?
+a bracket; \*\* 2 [+] .*\*\* 2 =>; a sum of squares in place of the square of a sum; {BRACKETS}
 a bracket; ; a bracket in the wrong place; {BRACKETS}
 a variable; ^[\w.]+ => [\w.]+$; {old} in place of {new}; {NAMES}
 a variable; => .*(inv|solve)\(; the wrong matrix inverted; {MATRICES}
@@ -131,9 +133,10 @@ a variable; (multiply|diag)\(.*=> .* @ ; element by element in place of a matrix
 a variable; => .* @ ; a matrix forgotten in a product; {SHAPES}
 a variable; ; a wrong name; {NAMES}
 an index; ; a wrong index; {INDICES}
+the order; ^.?(?P<a>[\w.]+), (?P<b>[\w.]+).? => .?(?P=b), (?P=a).?$; {a} and {b} exchanged; {ORDER}
 the order; tan2\(; atan2 with x before y; atan2(1, 0) is 90 degrees: what is yours?
 the order; ^[^(\[].* @ ; matrices in the wrong order; Which of them must act first?
-the order; ; the wrong order; In which order are these wanted?
+the order; ; the wrong order; {ORDER}
 a transpose; ; a transpose forgotten or too much; {SHAPES}
 an inverse; =>.*(inv|solve)\(; an inverse forgotten; {MATRICES}
 an inverse; ; a wrong inverse; {MATRICES}
@@ -143,7 +146,7 @@ a comparison; => .* \* .* < 0$; crossings in one direction alone; {CROSSINGS}
 a comparison; ; a wrong condition; {CONDITIONS}
 a direction; ^.-(.+), -(.+). => .\1, \2.$; a vector of the wrong sign; {DRAWN}
 a direction; ; a turn missing or the wrong way; {DRAWN}
-a line unlike the other leg's; ; a line unlike the other leg's; {LINES}
+a line; ; {old} too much; What does this line change in all that comes after it?
 """
 
 
@@ -198,7 +201,7 @@ class Quantities:
         ]
 
     def _name_steps(self, robot, given, count):
-        s = Derivation(robot, given, {})
+        s = Derivation(robot, given)
         places = {"base": robot.words.base, "pivot": "elbow" if robot.turns else "foot"}
         for name, step in QUANTITIES.items():
             try:
@@ -261,17 +264,14 @@ def _alike(a, b):
 
 
 def named(
-    student: object, tried: Tried, steps: tuple, changes: Mapping | tuple, rows: AskedRows
+    student: object, tried: Tried, made: tuple, changes: Mapping | tuple, rows: AskedRows
 ) -> tuple[tuple[str, str], ...]:
     """Return the name and the hint of each of the changes that make a function right.
 
-    student: who is asked; tried: what was tried before; steps: with which it is right; rows: which
-    it is asked.
+    student: who is asked; tried: how; made: with what it is right; rows: which it is asked.
     """
     some = rows.part(np.arange(min(ROWS, len(rows.columns[0]))))
-    before, after = (
-        _values(student, replace(tried, steps=made), some) for made in (tried.steps, steps)
-    )
+    before, after = (_values(student, replace(tried, made=each), some) for each in ((), made))
     known = Quantities(some)
     return tuple(named_change(change, _around(change, before, after), known) for change in changes)
 
@@ -279,7 +279,7 @@ def named(
 def _values(student, tried, rows):
     """Return (function, line, what stands there) -> its values (rows, numbers)."""
     plain = rows_from(rows.columns)
-    asked = replace(tried, wave=None, watched=True, numbers=[[ALL] for _ in plain])
+    asked = replace(tried, watched=True, numbers=[[ALL] for _ in plain])
     replies = student.ask(rows.exercise.name, plain, rows.constants, tried=asked)
     found: dict = {}
     for number, place in enumerate(student.changes):

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import chain, starmap
 
 import numpy as np
 
 from ...base.backend import wrap
+from ..columns import largest
 from ..judging.judge import numbers_of
 from ..judging.questions import AskedRows, rows_from
-from ..judging.relations import largest
 from ..judging.with_right_ones import Helped
 from ..worker.replies import Reply
 from ..worker.student import Tried
@@ -23,7 +22,6 @@ from .values_beside import known_values
 ARGUMENT = "an argument"
 ALL = -1  # in place of a place whose visits are told
 SCREENED = 2  # rows in which a place is looked at first
-MOST_GUESSED = 16  # numbers of a place in one call, of which the answer shows a part
 MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
 STEPS = 12  # of Newton's method
 SOLVED = 1e-9  # of the largest right answer
@@ -40,7 +38,6 @@ NEARLY = 1e-6  # of the largest right answer: what other signs leave where it is
 SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
 FARTHEST = 1e4  # that a number goes in a step: a loop that subtracts turns must come to its end
 STEP = 1e-6  # of a number, to see what depends on it
-LARGE_STEP = 0.1  # where only what is in proportion to it matters
 SMALLEST = 1e-2  # number of which such a step is taken
 AT_ONCE = 1_000  # calls of one request
 
@@ -78,7 +75,7 @@ class Needs:
 
     def __init__(self, student: Helped, tried: Tried, rows: AskedRows):
         self._student, self.rows = student, rows
-        self._tried = replace(tried, watched=True, wave=None)
+        self._tried = replace(tried, watched=True)
         self._plain = rows_from(rows.columns)
         exercise = rows.exercise
         with np.errstate(all="ignore"):
@@ -87,9 +84,7 @@ class Needs:
         self._parts = np.where(self._angles, exercise.turns / (2 * np.pi), 1.0)
         self._scale = np.where(self._angles, 1.0, largest(self._right))
         replies = self._replies([(row, ()) for row in range(len(self._plain))], ALL)
-        self._few = range(min(SCREENED, len(self._plain)))
         off = self._off(replies, range(len(self._plain)))
-        self._before = off[: len(self._few)]
         self.wrong = ~(np.abs(off) <= SOLVED * self._scale).all(axis=0)
         self._told = [*student.changes]
         self._visits = [reply.visits for reply in replies]
@@ -97,41 +92,11 @@ class Needs:
     def all(self) -> Iterator[Need]:
         """Yield the needs of all places that can make numbers right that are wrong."""
         starts = self._starts()
-        found = self._solve(starts, self._few)
+        found = self._solve(starts, range(min(SCREENED, len(self._plain))))
         whole = {number: starts[number] for number in found}
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
             yield Need(self._place(number, moved), starts[number], wanted)
-
-    def in_part(self) -> Iterator[tuple[Place, Values]]:
-        """Yield places with more numbers in a call than are wrong, with what stands beside them
-        and what the answer shows of it.
-        """
-        for number, values in self._many.items():
-            old = values.old.reshape(len(self._few), -1)
-            now, before = {number: old}, {number: self._before}
-            slopes = self._slopes(now, before, self._few, LARGE_STEP)[number]
-            moved = (np.abs(slopes) > 0).any(axis=(0, 1))
-            if not (moved & self.wrong).any() or not np.isfinite(slopes).all():
-                continue
-            wanted = old + _newton_steps(slopes, self._before, moved)
-            values = replace(values, wanted=wanted.ravel(), slopes=slopes[..., moved])
-            yield self._place(number, moved), values
-
-    @cached_property
-    def _many(self):
-        """Return what stands beside places with more numbers in a call than are wrong, in a few
-        rows: place -> Values.
-        """
-        found = {}
-        for number in range(len(self._told)):
-            count, size = self._shape(number)
-            if not self.wrong.sum() < count * size <= MOST_GUESSED:
-                continue
-            values = self._values(number, [(row, ()) for row in self._few], size)
-            if values is not None:
-                found[number] = values
-        return found
 
     def _visits_of(self, number):
         """Return the visits of a place in each row."""
@@ -252,14 +217,14 @@ class Needs:
         off = self._off(self._replies(calls), [row for row, _ in calls])
         return dict(zip(put, off.reshape(len(put), len(rows), -1)))
 
-    def _slopes(self, now, off, rows, step=STEP):
+    def _slopes(self, now, off, rows):
         """Return place -> slopes (rows, its numbers, numbers of the answer)."""
         calls, widths = [], []
         for number, values in now.items():
             for k, row in enumerate(rows):
                 for j in range(values.shape[1]):
                     size = max(abs(values[k, j]), SMALLEST)
-                    width = step * size
+                    width = STEP * size
                     other = values[k].copy()
                     other[j] += width
                     widths.append(width)
@@ -304,26 +269,15 @@ class Needs:
 
     def values(self, need: Need) -> Values | None:
         """Return what stands beside a place, None where its calls do not show it."""
-        number = need.place.number
+        number, count = need.place.number, len(need.wanted)
         calls = [(row, ((number, values),)) for row, values in enumerate(need.wanted)]
-        size = need.wanted.size // (len(calls) * len(self._visits[0][number]))
-        values = self._values(number, calls, size)
-        wanted = need.wanted.ravel()
-        turns = need.place.turns
-        return values and replace(values, wanted=wanted, turns=turns)
-
-    def _values(self, number, calls, size):
-        """Return what stands beside a place in these calls, its own value as the wanted one; None
-        where they do not show it.
-        """
+        told = count * len(self._visits[0][number])
         visits = [*chain.from_iterable(reply.beside for reply in self._replies(calls, number))]
-        if len(visits) != len(calls) * len(self._visits[0][number]):
-            return None
-        beside = known_values(visits, size)
+        size = need.wanted.size // told
+        beside = known_values(visits, size) if len(visits) == told else {}
         if OLD not in beside:
             return None
-        old = beside.pop(OLD)
-        return Values(old, old, beside, size=size)
+        return Values(beside.pop(OLD), need.wanted.ravel(), beside, need.place.turns, size)
 
 
 def _newton_steps(slopes, off, moved):

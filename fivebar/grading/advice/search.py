@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -38,7 +38,7 @@ from .needed_values import AT_ONCE, Needs, batches
 
 SLOW, TIMED = 5e-3, 8  # s, of a call of which only likely changes are tried; calls timed
 AT_A_TIME, LEAST_AT_ONCE = 5.0, 16  # s of calls that are asked together, and changes
-LIKELY, WAVES = 2, 3  # waves of likely changes, of all
+WAVES = 2  # of changes
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
@@ -46,7 +46,6 @@ MOST_FUNCTIONS = 8  # of a file that are looked at
 MOST_COMPARED = 16  # formulas that make all right, of which one may help other functions, too
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
-BY_CHANCE = 0.1  # of the numbers, that may be right by two mistakes
 _NAME = re.compile(r"[A-Za-z_]\w*")
 PLAIN_NUMBERS = {"math", "np", "numpy", "pi"}
 UNLIKELY = 10  # letters by which a formula counts longer in the place of a name
@@ -58,15 +57,13 @@ OTHERS = 16  # rows for a robot of other lengths
 class Mend:
     """Changes that make a function right, in words: the name without the place, and the place.
 
-    helps: how many other wrong functions become right with them, too; after: those for another
-    function that are made before.
+    helps: how many other wrong functions become right with them, too.
     """
 
     changes: tuple[Change, ...]
     function: str
     made: Tried
     helps: int = 0
-    after: Mend | None = None
     names: tuple[tuple[str, str], ...] = ()  # name and hint of each change
 
     @property
@@ -83,13 +80,10 @@ class Mend:
 
     def spot(self, where: Callable[[int], str]) -> str:
         """Return where it is and what would be right; where: a line in its author's words."""
-        told = [
+        return "; and ".join(
             f"{where(change.line)}: {change.old}: right answers come with {change.new}"
             for change in self.changes
-        ]
-        first = sorted(set().union(*(mend.inside for mend in self.with_before[1:])))
-        also = f", after the change in your {' and '.join(first)}" if first else ""
-        return "; and ".join(told) + also
+        )
 
     @property
     def worth(self) -> tuple[int, int]:
@@ -102,16 +96,9 @@ class Mend:
         return {change.function for change in self.changes}
 
     @property
-    def with_before(self) -> list[Mend]:
-        """This one, and those before it, the last one first."""
-        return [self, *(self.after.with_before if self.after else ())]
-
-    @property
-    def step(self) -> tuple:
-        """All that is changed, as the first step for another function."""
-        [numbers] = self.made.numbers
-        last = tuple((self.made.wave, number) for number in numbers)
-        return self.function, (*self.made.steps, *last)
+    def change(self) -> tuple:
+        """All that is changed, as what is made before something else is asked."""
+        return self.made.made or (self.made.wave, *self.made.numbers[0])
 
 
 def find_mend(
@@ -121,28 +108,22 @@ def find_mend(
     asked: dict[str, list[AskedRows]],
     wrong: set[str],
     deep: bool,
-    before: Sequence[Mend],
     budget: Budget,
 ) -> Mend | None:
     """Return the changes that make a function right, None where none are found.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
-    unlikely changes, and two at once, are tried as well; before: what was found for other
-    functions in helpers that this one may call, too, the last one first; budget: of all that is
-    tried, after which what was found until then is returned.
+    long formulas are tried as well; budget: of all that is tried, after which what was found
+    until then is returned.
     """
     with with_right_called(program, lab, function, wrong) as other:
         search = _Search(other, lab, function, asked[function])
         search.student.budget = budget
         with suppress(BudgetSpentError):
-            begun = any(search.begin_after(mend, False) for mend in before)
             for name in asked.keys() - {function}:
                 search.keep(name, asked[name])
             search.look(deep)
-            first = search.best is None and before and not begun
-            if first and search.begin_after(before[0], True):
-                search.look(deep)
         search.student.budget = None
         return search.best and search.named(search.best)
 
@@ -169,24 +150,7 @@ class _Search:
         self.refused = [rows for rows in refused if len(rows.good)]
         self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
-        self.before: Mend | None = None
         self.best: Mend | None = None  # of the changes that make all right
-
-    def begin_after(self, mend: Mend, unseen: bool) -> bool:
-        """Look for what is left after changes of a helper, if they spoil nothing here and change
-        an answer; unseen: also if they change none, as what is forgotten may need them.
-        """
-        plain = replace(self.tried, wave=None)
-        after = replace(plain, steps=(mend.step,))
-        for rows in self.asked:
-            lost = self._right(rows, after, [[]]) < self._right(rows, plain, [[]])
-            if lost.mean() > BY_CHANCE:
-                return False
-            came = self._came(rows, after), self._came(rows, plain)
-            unseen |= not np.array_equal(*came, equal_nan=True)
-        if unseen:
-            self.before, self.tried = mend, replace(self.tried, steps=after.steps)
-        return unseen
 
     def keep(self, name: str, asked: list[AskedRows]) -> None:
         """Let a right function stay right where it calls the one that is changed; a wrong one that
@@ -197,10 +161,7 @@ class _Search:
             places = np.arange(len(rows.good))[:: max(1, len(rows.good) // MOST_KEPT)]
             answered = places[~rows.refuse[places]]
             parts += [rows.part(answered)] if len(answered) else []
-        # It may have become right with the change of a helper before.
-        now = replace(self.tried, wave=None)
-        is_right = all((rows.good | rows.refuse).all() for rows in asked)
-        if is_right or all(self._right(rows, now, [[]]).all() for rows in parts):
+        if all((rows.good | rows.refuse).all() for rows in asked):
             self.kept += [(name, rows) for rows in parts]
         elif reached(outline, name) & reached(outline, self.function):
             self.others[name] = parts
@@ -209,15 +170,16 @@ class _Search:
         """Look for the first change after which all rows are right, and as many other functions as
         can be: it is the best one.
         """
-        if self._wrong_rows(self.tried.steps) is None:
+        if self._wrong_rows(self.asked) is None:
             return
-        self._try_waves(range(LIKELY))
+        for wave in range(WAVES):
+            if not self._is_found():
+                self._single(replace(self.tried, wave=wave))
         # A formula that helps some may stand for a mistake in a helper that spoils more.
-        if self._is_found() or self._is_slow():
+        # Of slow calls, thousands take too long: as many as values are looked for with.
+        if self._is_found() or self._fastest(self._wrong_rows(self.asked))[1] > SLOW:
             return
         self._written(deep=deep or bool(self.others))
-        if deep or self.others:
-            self._try_waves(range(LIKELY, WAVES))
 
     def _is_found(self):
         """Return whether all other wrong functions that call the same helpers become right with
@@ -229,19 +191,12 @@ class _Search:
         """Return the mend with what its changes are called."""
         rows = max(self.asked, key=lambda rows: (not rows.constants, len(rows.wrong)))
         rows = rows.part(rows.wrong) if len(rows.wrong) else rows
-        names = named(self.student, self.tried, mend.step[1], mend.changes, rows)
+        names = named(self.student, self.tried, mend.change, mend.changes, rows)
         return replace(mend, names=names)
-
-    def _try_waves(self, waves):
-        """Look for a change of these waves, best one that helps other functions, too."""
-        for wave in waves:
-            if not self._is_found():
-                self._single(replace(self.tried, wave=wave))
 
     def _single(self, tried):
         """Look for changes of a wave that make all right."""
-        if (few := self._wrong_rows(tried.steps)) is None:
-            return
+        few = self._wrong_rows(self.asked)
         fastest, seconds = self._fastest(few)
         before = self._right(few, tried, [[]])[0]
         every = [[k] for k in range(self.student.count)]
@@ -259,25 +214,15 @@ class _Search:
                     if not self.others:
                         return
 
-    def _is_slow(self):
-        """Return whether a call takes so long that thousands of them take too long: as many as
-        values are looked for with.
-        """
-        few = self._wrong_rows(self.tried.steps)
-        return few is not None and self._fastest(few)[1] > SLOW
-
     def _fastest(self, rows):
         """Return the row of the fastest call of the function as it is, and its seconds."""
-        plain = replace(self.tried, wave=None)
-        seconds = []
-        for row in range(len(rows.good)):
-            # Of processor time, as a busy machine makes no function slow.
-            start = time.process_time()
-            replies = self._replies(rows.part([row]), plain, [[]] * TIMED)
-            used = time.process_time() - start + sum(reply.seconds for reply in replies)
-            seconds.append(used / TIMED)
+        # Of processor time, as a busy machine makes no function slow.
+        start = time.process_time()
+        replies = self._replies(rows, self.tried, [[]] * TIMED)
+        own = (time.process_time() - start) / len(replies)
+        seconds = np.reshape([reply.seconds for reply in replies], (TIMED, -1)).mean(axis=0)
         row = int(np.argmin(seconds))
-        return row, seconds[row]
+        return row, seconds[row] + own
 
     def _written(self, deep):
         """Look for formulas, written where other values are needed, that make all right; deep:
@@ -304,17 +249,16 @@ class _Search:
 
     def _sure_ones(self, found, needs):
         for written in _together(found, needs.wrong):
-            tried = replace(self.tried, wave=None, steps=(*self.tried.steps, written))
+            tried = replace(self.tried, made=written)
             if mend := self._sure(tried, []):
                 yield mend
 
     def _needs(self):
-        """Return what is needed, and places with what stands beside them."""
-        rows = self._wrong_rows(self.tried.steps, reversed(self.asked), MOST_NEEDED)
+        """Return what is needed, and the places that need it with what stands beside them."""
+        rows = self._wrong_rows(self.asked[::-1], MOST_NEEDED)
         needs = Needs(self.student, self.tried, rows)
         known = [(need.place, needs.values(need)) for need in needs.all()]
-        known = [pair for pair in known if pair[1] is not None]
-        return needs, [*known, *needs.in_part()]
+        return needs, [pair for pair in known if pair[1] is not None]
 
     def _sure(self, tried, numbers):
         """Return the mend of these changes if all rows are right with them, and those of right
@@ -336,18 +280,17 @@ class _Search:
             if builds_on(outline, name, inside):
                 helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
         made = replace(tried, numbers=[numbers])
-        return Mend(tuple(changes), self.function, made, helps, self.before)
+        return Mend(tuple(changes), self.function, made, helps)
 
     def _take(self, mend):
         """Let a mend be the best one, if it is better than what was found before."""
         if self.best is None or mend.worth > self.best.worth:
             self.best = mend
 
-    def _wrong_rows(self, steps, asked=None, most=FEW):
-        """Return a few rows that have wrong answers after these steps, None where none has."""
-        tried = replace(self.tried, steps=steps, wave=None)
-        for rows in asked or self.asked:
-            places = np.flatnonzero(~self._right(rows, tried, [[]])[0].all(axis=1))
+    def _wrong_rows(self, asked, most=FEW):
+        """Return a few of these rows that have wrong answers, None where none has."""
+        for rows in asked:
+            places = np.flatnonzero(~self._right(rows, self.tried, [[]])[0].all(axis=1))
             if len(places):
                 return rows.part(places[spread(len(places), most)])
         return None

@@ -13,6 +13,7 @@ import textwrap
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from ...base.errors import UsageError
 from ...base.progress import progress
@@ -31,7 +32,7 @@ from .graders import GraderError, Workers
 
 STATE = "grading.json"
 TRIES = 3  # that one submission may cost a process that grades
-SERIOUS = ("timeout", "unasked", "memory", "killed", "exit", "flood", "garbled")
+SERIOUS = "timeout unasked memory killed exit flood garbled".split()
 
 
 @dataclass(frozen=True)
@@ -83,18 +84,9 @@ class Cohort:
         return replace(report, hints_from=job.hints_from)
 
 
-def begin(
-    lab: Lab,
-    out: Path,
-    seed: str | None,
-    secret: bytes | None,
-    isolate: str,
-    limit: float | None,
-    hints_from: str = "",
-    packages: tuple[str, ...] = (),
-) -> Cohort:
+def begin(lab: Lab, out: Path, seed: str | None, *how: Any) -> Cohort:
     """Return the Cohort of a folder of results, with the seed of its earlier run where none is
-    given.
+    given; how: the rest of a Cohort, in its order.
     """
     (out / "students").mkdir(parents=True, exist_ok=True)
     state = out / STATE
@@ -111,7 +103,7 @@ def begin(
         seed = seed or known_seed
     seed = seed or os.urandom(8).hex()
     write_whole(state, json.dumps({"lab": lab.name, "seed": seed}) + "\n")
-    return Cohort(lab, out, seed, secret, isolate, limit, hints_from, packages)
+    return Cohort(lab, out, seed, *how)
 
 
 def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:

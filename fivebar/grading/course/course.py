@@ -16,7 +16,7 @@ from ..report.outputs import write_whole
 from .cohort import Cohort, begin, run_cohort
 from .cohort_page import Group, write_summary
 from .copies import equal_programs
-from .feedback import page_for, write_feedback, write_page
+from .feedback import page_for, write_feedback
 from .gradebook import Filled, Gradebook
 from .items import summary_text
 from .marks import FILE, Mark, Table, best_of
@@ -176,7 +176,7 @@ class Course:
                     continue
                 key = name_key(entry.student)
                 page = page_for(report, marks[key])
-                write_page(graded.cohort.file(entry, ".html"), page)
+                write_whole(graded.cohort.file(entry, ".html"), page)
                 best_entry, _ = graded.best[key]
                 if best_entry == entry:
                     feedback.append((entry, graded.name, page))

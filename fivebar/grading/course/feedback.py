@@ -11,7 +11,7 @@ from ...base.tables import written
 from ..intake.cohort_folder import Entry
 from ..intake.hand_in import MOODLE
 from ..judging.results import Report, withheld
-from ..report.outputs import file_name, write_whole
+from ..report.outputs import file_name
 from ..report.page import report_page
 from .marks import Mark
 
@@ -25,16 +25,6 @@ def page_for(report: Report, mark: Mark) -> str:
     told = tuple(filter(None, (mark.sum(), *comment.splitlines())))
     shown = withheld(report)
     return report_page(replace(shown, notes=(*told, *shown.notes)))
-
-
-def write_page(path: Path, page: str) -> None:
-    """Write a page, where it is not there as it is."""
-    try:
-        if path.read_text(encoding="utf-8") == page:
-            return
-    except (OSError, ValueError):
-        pass  # none yet, or no page: written now
-    write_whole(path, page)
 
 
 def write_feedback(out: Path, pages: Iterable[tuple[Entry, str, str]]) -> None:

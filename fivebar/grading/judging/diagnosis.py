@@ -13,12 +13,11 @@ from functools import cached_property
 import numpy as np
 
 from ...models.robots import Robot
-from ..columns import Columns
+from ..columns import Columns, largest
 from ..exercise import Exercise, Misconception
-from .of_any_function import arguments_exchanged, in_degrees, returned_in_degrees
-from .relations import exchanged, largest, unwritten
 
 EXACT = 1e-9  # of a wrong model's largest answer
+FEWEST = 4  # rows; a relation that fewer rows confirm may be a coincidence
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,15 +40,15 @@ class Answers:
     def none(self) -> np.ndarray:
         return np.isnan(self.expected[:, 0])
 
-    def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
-        return difference(a, b, self.exercise.turns * (turn / (2 * np.pi)))
+    def difference(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return difference(a, b, self.exercise.turns)
 
-    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
+    def alike(self, outcome: np.ndarray) -> np.ndarray:
         """Return which numbers (n, k) are an outcome's. What is huge at a singularity says nothing
         about scale.
         """
         close = np.maximum(self.limits, EXACT * largest(outcome[~self.none]))
-        return self.difference(self.came, outcome, turn) <= close
+        return self.difference(self.came, outcome) <= close
 
     def outcome(self, model: Callable) -> np.ndarray:
         found = self.exercise.outcome(model, self.robot, self.columns)
@@ -89,45 +88,38 @@ def difference(a: np.ndarray, b: np.ndarray, turns: np.ndarray) -> np.ndarray:
 
 def diagnose(answers: Answers) -> Misconception | None:
     """Return the mistake that gives the student's answers, None where none is known that does."""
-    exercise = answers.exercise
     if not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing a mistake could fit
         return None
     still = unwritten(answers)
     if still and not np.nan_to_num(answers.came).any():
         return still
-    return (
-        _single(answers, exercise.wrong)
-        or still  # one answer to all rows is a stored one, unless it is 0
-        or _single(answers, in_degrees(exercise, answers.robot))
-        or _single(answers, returned_in_degrees(exercise))
-        or exchanged(answers)
-        or _single(answers, arguments_exchanged(exercise))
+    # One answer to all rows is a stored one, unless it is 0.
+    return _single(answers, answers.exercise.wrong) or still
+
+
+def unwritten(answers: Answers) -> Misconception | None:
+    """Return the misconception of who gives the same answer to all rows, None where he does not."""
+    known = np.isfinite(answers.came).all(axis=1) & ~answers.none
+    clear = known | answers.none | answers.refused
+    if known.sum() < FEWEST or not clear.all() or np.ptp(answers.came[known], axis=0).any():
+        return None
+    if not np.ptp(answers.expected[known], axis=0).any():
+        return None
+    return Misconception(
+        "always the same answer, whatever the arguments: is it still to be written?",
+        "Does your function use its arguments?",
+        None,
+        idle=True,
     )
 
 
 def _single(answers, misconceptions):
-    return next((known for known in misconceptions if explains(known, answers)), None)
-
-
-def explains(misconception: Misconception, answers: Answers | None) -> bool:
-    """Return whether a mistake gives the student's answers."""
-    if misconception.model is None or answers is None:
-        return False
-    outcome = answers.outcome(misconception.model)
-    return answers.fits(outcome, answers.alike(outcome, misconception.turn))
-
-
-def denied(misconception: Misconception, answers: Answers | None) -> bool:
-    """Return whether numbers where there is an answer are others than those of a mistake, where it
-    changes them: where it gives the right ones, another mistake may be made, too.
-    """
-    if answers is None:
-        return False
-    outcome = answers.outcome(misconception.model)
-    same = answers.alike(outcome, misconception.turn) | ~answers.differs(outcome)
-    neither = np.isnan(answers.came).any(axis=1) & np.isnan(outcome).any(axis=1)
-    untold = neither | answers.none | answers.refused
-    return not np.all(same.all(axis=1) | untold)
+    """Return the first mistake that gives the student's answers."""
+    for known in misconceptions:
+        outcome = answers.outcome(known.model)
+        if answers.fits(outcome, answers.alike(outcome)):
+            return known
+    return None
 
 
 def consistent(names: str) -> Misconception:

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...models.robots import Robot
-from ..columns import Columns
+from ..columns import Columns, largest
 from ..exercise import Exercise, Misconception
 from ..values import Unfit, read
 from ..worker.replies import KINDS, Reply
 from .diagnosis import Answers, diagnose, difference
-from .relations import largest
 
 TOLERANCE = 1e-9  # of the largest right answer of the check
 # Errors of unfinished or broken code; any other exception where no pose exists is taken as a

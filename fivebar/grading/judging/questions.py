@@ -12,13 +12,12 @@ from numpy.typing import ArrayLike
 
 from ...models.robots import Robot
 from ..columns import Columns
-from ..exercise import Exercise
+from ..exercise import Exercise, Misconception
 from ..intake.program import Program
 from ..labs import Lab
 from ..robots import parameters_of, with_numbers
 from ..values import Unfit, read
 from ..worker.replies import Reply
-from .changing_answers import CHANGES, changing
 from .judge import Verdict, judge
 from .with_right_ones import modelled, some
 
@@ -26,13 +25,15 @@ CLOSE = (
     1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
 )
 CALL_LIMIT = 10.0  # s, for a call that is asked about a list of measurements
-LOST = (
-    "timeout",
-    "memory",
-    "killed",
-    "flood",
-    "exit",
-)  # kinds that cost a worker: not risked again for nothing
+# Kinds that cost a worker: not risked again for nothing.
+LOST = "timeout memory killed flood exit".split()
+CHANGES = Misconception(
+    "another answer to the same question, asked again",
+    "What does your function keep from call to call (a global, a list that grows, an argument that"
+    " it changes), or draw at random?",
+    None,
+    idle=True,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,3 +186,11 @@ def with_answers(exercise, robot, columns):
     with np.errstate(all="ignore"):
         known = np.isfinite(exercise.outcome(exercise.answer, robot, columns)).all(axis=1)
     return [np.asarray(column)[known] for column in columns]
+
+
+def changing(first: list[Reply], again: list[Reply]) -> bool:
+    """Return whether any of the values given to the same questions is another one the
+    second time.
+    """
+    pairs = [(a.value, b.value) for a, b in zip(first, again) if a.kind == b.kind == "value"]
+    return any(repr(a) != repr(b) for a, b in pairs)

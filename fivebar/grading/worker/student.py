@@ -39,17 +39,16 @@ class Tried:
     """Changes of a program to be tried: of each row that is asked, the numbers of its changes in
     the list for this function and wave, None for no list.
 
-    apart: functions that are not changed; steps: changes that are made before, each (wave, number),
-    or what is written in some places: (place, kind of mistake, formula) of each, or first of all
-    those for another function: (its name, its steps); watched: whether the values of all places
-    are shown instead, with, of each row, the place whose visits are told, and (place, the numbers
-    of its visits) for those in which others are put.
+    apart: functions that are not changed; made: what is changed before, (wave, number), or written
+    in some places, (place, kind of mistake, formula) of each; watched: whether the values of all
+    places are shown instead, with, of each row, the place whose visits are told, and (place, the
+    numbers of its visits) for those in which others are put.
     """
 
     function: str
     apart: tuple[str, ...]
-    wave: int | None = 0
-    steps: tuple[tuple, ...] = ()
+    wave: int | None = None
+    made: tuple = ()
     watched: bool = False
     numbers: list[list] = field(default_factory=list)
 
@@ -163,7 +162,7 @@ class Student:
             if reply.kind == "exception" and old_numpy.refused(reply.text)
         ]
         # What a change that is tried makes of an array is no sign of an old file.
-        is_its_own = not tried or not (tried.steps or any(tried.numbers))
+        is_its_own = not tried or not (tried.made or any(tried.numbers))
         if refused and is_its_own and not self.mended:
             self._mend(refused[0])
             return self._ask(function, rows, constants, limit, given or {})

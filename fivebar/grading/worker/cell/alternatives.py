@@ -70,7 +70,6 @@ MOST_TOKENS = 60  # of a formula in which brackets are tried
 _TOKEN = re.compile(r"[\w.]+|\*\*|//|[^\s\w]")
 _WORD = re.compile(r"[\w.]")
 _GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow | ast.FloorDiv
-FIRST_ADDED = 3  # rank from which on something is added, or any name tried
 Alternatives = Iterator[tuple[int, str, ast.expr]]
 
 
@@ -202,6 +201,8 @@ def _of_name(place):
         if other != name:
             yield 1, "a term", ast.BinOp(name_of(other), ast.Add(), place.node)
     yield from ((0, "a function", name_of(other)) for other in _MEANT.get(name, ()))
+    if name in scope.constants:
+        yield 1, "a factor", ast.BinOp(place.node, ast.Div(), ast.Constant(2))
     if name not in scope.known:
         yield from ((0, "a variable", name_of(other)) for other in scope.stored)
 
@@ -378,6 +379,11 @@ def _of_call(place):
             yield 2, "an inverse", transposed(arguments[0])
     named = {ast.unparse(argument): argument for argument in arguments}
     wanted = place.scope.functions.get(name, [])
+    if wanted:
+        yield from ((2, "a variable", name_of(other)) for other in place.scope.stored)
+        for other, given in place.scope.functions.items():
+            if other != name and len(given) == len(wanted):
+                yield 1, "a function", ast.Call(name_of(other), arguments, keywords)
     if {*wanted} == {*named} and wanted != [*named]:
         yield 0, "the order", ast.Call(node.func, [named[one] for one in wanted], keywords)
     elif len(arguments) <= MOST_ARGUMENTS:

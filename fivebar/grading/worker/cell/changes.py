@@ -17,20 +17,18 @@ from functools import cached_property
 from itertools import chain
 from typing import Any
 
-from additions import additions
-from alternatives import FIRST_ADDED, alternatives, operators, places
+from alternatives import alternatives, operators, places
 from reading import deep
-from scopes import Scope, compiled, exchanged, other_leg, put_in, scopes, short
+from scopes import Scope, compiled, exchanged, names_in, put_in, scopes, short
 from watched import Watched
 
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TOLD = 8  # changes of one request that are told in words
-WAVES = (0, 1), (2,), (3, 4)  # ranks tried together
+WAVES = (0, 1), (2,)  # ranks tried together
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
-ONE_LEG = "a line unlike the other leg's"
-_LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
+_LEG = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12]|left|right")
 _INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
 _NAME = re.compile(r"(?<![(\w])[A-Za-z_]\w*")  # of a variable, in a short text of a node
 _TURNED = re.compile(r"\b(sin|cos)\b")
@@ -84,10 +82,9 @@ class Change:
 class Trials:
     """A program to be run with changes in it, or watched.
 
-    A request has the function that is looked at, those that are left apart, the steps made before,
-    and the wave of changes, None for none. A step is (wave, number) of a change, a list of what is
-    written in some places, each (number, kind, formula), or first of all (another function, the
-    steps that made that one right).
+    A request has the function that is looked at, those that are left apart, what is made before,
+    and the wave of changes, None for none. What is made is (wave, number) of a change, or what is
+    written in some places, each (number, kind, formula).
     """
 
     def __init__(self, body: list[ast.stmt]):
@@ -105,23 +102,15 @@ class Trials:
         return self._known[key]
 
     def _made(self, request):
-        body, words = self._body, []
-        if request["steps"]:
-            *before, last = request["steps"]
-            if isinstance(last[0], str):
-                other = {"function": last[0], "steps": last[1], "watched": False, "wave": None}
-                return self._made_of(self.of(request | other).body, request, [])
-            written = isinstance(last[0], list)
-            wave = None if written else last[0]
-            earlier = self.of(request | {"steps": before, "watched": written, "wave": wave})
-            body, told = earlier.changed(last if written else last[1])
-            words = [*earlier.words, *told]
-        return self._made_of(body, request, words)
-
-    def _made_of(self, body, request, words):
+        body, words, made = self._body, [], request["made"]
+        if made:
+            written = isinstance(made[0], list)
+            wave = None if written else made[0]
+            plain = self.of(request | {"made": [], "watched": written, "wave": wave})
+            body, words = plain.changed(made if written else made[1])
         function, apart = request["function"], request["apart"]
         if request["watched"]:
-            return Watched(body, function, apart, words)
+            return Watched(body, function, apart)
         wave = request["wave"]
         return Variants(body, function, apart, words, () if wave is None else WAVES[wave])
 
@@ -257,9 +246,7 @@ class _Single:
 def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
     for place in places(scope):
         old, around = signs.of(place.node), _leg_free(signs.of(place.parent))
-        found = [*alternatives(place)] if min(ranks) < FIRST_ADDED else []
-        found += additions(place) if max(ranks) >= FIRST_ADDED else ()
-        for rank, kind, new in found:
+        for rank, kind, new in alternatives(place):
             if rank in ranks:
                 key = kind, _leg_free(f"{old}; {signs.of(new)}"), around
                 yield _Single(rank, kind, scope, [place.node], {id(place.node): new}, key)
@@ -300,39 +287,16 @@ class _Signs:
 
 def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
     """Yield (rank, kind, lines, lines in their place)."""
-    bodies = []
-    for part in ast.walk(scope.function):
-        both = getattr(part, "body", None), getattr(part, "orelse", None)
-        bodies += [body for body in both if isinstance(body, list)]
-    for body in bodies:
-        yield from _of_other_leg(body)
-        for node in body:
-            for other, kind in operators(node.op) if isinstance(node, ast.AugAssign) else ():
+    # What is given, or stands at the top of the file, may get another value.
+    known = {*scope.arguments, *scope.constants}
+    for node in ast.walk(scope.function):
+        if isinstance(node, ast.AugAssign):
+            for other, kind in operators(node.op):
                 yield 0, kind, [node], [[ast.AugAssign(node.target, other, node.value)]]
-
-
-def _of_other_leg(body):
-    """Yield lines as the other leg's, and a returned pair with a part like the other one."""
-    lines = {}
-    for node in body:
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-            lines[node.targets[0].id] = node
-    for name, node in lines.items():
-        twin = lines.get(other_leg(name), node)
-        value = _leg_read(twin.value)
-        if twin is not node and ast.unparse(value) != ast.unparse(node.value):
-            yield 2, ONE_LEG, [node], [[ast.Assign(node.targets, value)]]
-    last = body[-1] if body else None
-    pair = last.value if isinstance(last, ast.Return) else None
-    if isinstance(pair, ast.Tuple) and len(pair.elts) == 2:
-        first, second = pair.elts
-        for both in ([first, _leg_read(first)], [_leg_read(second), second]):
-            yield 2, ONE_LEG, [last], [[ast.Return(ast.Tuple(both, ast.Load()))]]
-
-
-def _leg_read(node):
-    """Return an expression with the names of the other leg."""
-    return ast.parse(other_leg(ast.unparse(node)), mode="eval").body
+        elif isinstance(node, ast.Assign) and known.issuperset(names_in(node.targets)):
+            names = sorted({*names_in(node.targets)} - {*scope.arguments})
+            kept = "\n".join(f"{name} = globals()['{name}']" for name in names)
+            yield 0, "a line", [node], [ast.parse(kept or "pass").body]
 
 
 def _ordered(groups, function):

@@ -140,12 +140,11 @@ def _named(frame):
 class Watched:
     """A program whose functions show the values of their formulas.
 
-    groups: each place alone, and two that are the same for either leg; words: of the changes made
-    before.
+    groups: each place alone, and two that are the same for either leg.
     """
 
-    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], words: list[list]):
-        self._body, self.words = body, words
+    def __init__(self, body: list[ast.stmt], function: str, apart: list[str]):
+        self._body = body
         self._scopes = [*scopes(body, function, apart)]
         self._places: list[Place] = []
         for scope in self._scopes:

@@ -1,5 +1,5 @@
 """The labs' models step by step, for cranks and for sliders, each quantity by its name in the
-papers: any step may be another one, as a student may have taken it.
+papers; any of them may be another one, as a student may have taken it.
 
 A leg's quantities stand side by side, (n, 2); points of the plane are complex numbers.
 """
@@ -11,25 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from ...models.robots import Robot
-from ..columns import QUARTER, Array, inverse
+from ..models.robots import Robot
+from .columns import QUARTER, Array, inverse
 
-Step = Callable[["Derivation"], Any]
+Step = Callable[[Any], Any]
 
 
 class Derivation:
     """The quantities of a batch of questions, each computed when it is first asked for.
 
     given: an argument's name -> its column (n,); steps: name -> another step in place of the right
-    one. used: the names of those computed so far.
+    one, or of the robot itself.
     """
 
-    def __init__(self, robot: Robot, given: Mapping[str, Array], steps: Mapping[str, Step]):
-        self.robot: Any = robot
-        self.used = {"robot"}
+    def __init__(self, robot: Robot, given: Mapping[str, Array], steps: Mapping[str, Step] = {}):
+        self.robot: Any = steps["robot"](robot) if "robot" in steps else robot
         self._given, self._steps = given, steps
-        if "robot" in steps:
-            self.robot = steps["robot"](self)
         self.turns = self.robot.turns
         self.distal = np.array(self.robot.distal)
         self.proximal = np.ones(2)
@@ -39,16 +36,9 @@ class Derivation:
     def __getattr__(self, name: str) -> Any:
         if name not in STEPS:
             raise AttributeError(name)
-        self.used.add(name)
         value = self._steps.get(name, STEPS[name])(self)
         self.__dict__[name] = value
         return value
-
-    def with_right(self, *kept: str) -> Derivation:
-        """Return the derivation of another function, which is right but for these steps."""
-        steps = {name: step for name, step in self._steps.items() if name in kept}
-        self.used |= {*kept}
-        return Derivation(self.robot, self._given, steps)
 
     def pair(self, left: str, right: str) -> Array:
         """Return two arguments side by side, (n, 2)."""
@@ -61,11 +51,6 @@ class Derivation:
     def has(self, name: str) -> bool:
         """Return whether the function has such an argument."""
         return name in self._given
-
-
-def right(name: str, s: Derivation) -> Any:
-    """Return what the right step gives, made of the steps of this derivation."""
-    return STEPS[name](s)
 
 
 def unit(angle: Array) -> Array:
@@ -104,13 +89,6 @@ def _tip(s):
     return s.pivot[:, 1] + s.a * direction + s.mode * s.h * 1j * direction
 
 
-def _active(s):
-    """Return what the motors read for a position of the end-effector."""
-    if not s.turns:
-        return s.reach.imag + s.gamma * s.rise
-    return s.read_active(s.elbow)
-
-
 # Each quantity: from the others. u, v: unit vectors of the proximal bar (1) and the distal bar (2),
 # along it and turned by 90 degrees; a slider's u1 is along x, so that its v1 is along y.
 STEPS: dict[str, Step] = {
@@ -136,12 +114,9 @@ STEPS: dict[str, Step] = {
     "rise": lambda s: np.sqrt((s.proximal if s.turns else s.distal) ** 2 - s.b**2),
     "gamma": lambda s: s.pair("gamma1", "gamma2"),
     "elbow": lambda s: (s.b + s.gamma * s.rise * 1j) * s.reach / np.abs(s.reach),
-    "read_active": lambda s: np.angle,
-    "active": _active,
-    "end": lambda s: s.with_right("mode").tip,
-    "bar": lambda s: s.end[:, None] - s.pivot,
-    "read_bar": lambda s: np.angle,
-    "absolute": lambda s: s.read_bar(s.bar),
+    "active": lambda s: np.angle(s.elbow) if s.turns else s.reach.imag + s.gamma * s.rise,
+    "bar": lambda s: s.tip[:, None] - s.pivot,
+    "absolute": lambda s: np.angle(s.bar),
     "relative": lambda s: s.absolute - s.q if s.turns else s.absolute,
     # first order: A xi' = B q'
     "phi": lambda s: s.q + s.passive if s.turns else s.passive,
@@ -163,8 +138,7 @@ STEPS: dict[str, Step] = {
     "pull": lambda s: s.proximal * s.rates**2 * dot(s.v2, s.u1) if s.turns else 0 * s.rates,
     "across": lambda s: s.of_tip - s.of_pivot + (s.pull if s.has("xDD") else 0),
     "turning": lambda s: s.across / s.distal,
-    "own_turning": lambda s: s.driven * s.turns,
-    "passive_found": lambda s: s.turning - s.own_turning,
+    "passive_found": lambda s: s.turning - s.driven * s.turns,
     # second order: A xi'' = B q'' + d
     "rate": lambda s: s.rates + s.passive_rates if s.turns else s.passive_rates,
     "near": lambda s: s.proximal * s.rates**2 * dot(s.u2, s.u1) if s.turns else 0 * s.rates,
