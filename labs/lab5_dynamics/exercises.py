@@ -21,6 +21,7 @@ SLIPS = {
     "c without J^T A^-1": (POWER, {"c": lambda s: s.robot.m * s.d}),
     "c without A^-1": (POWER, {"c": lambda s: s.robot.m * product(turned(s.J), s.d)}),
     "c without J^T": (POWER, {"c": lambda s: s.robot.m * solved(s.A, s.d)}),
+    "mass forgotten in c": (POWER, {"c": lambda s: STEPS["c"](s) / s.robot.m}),
     "J instead of its transpose": (
         ENERGY,
         {"M": lambda s: s.Z + s.robot.m * s.J @ s.J, "c": c_with_J},

@@ -17,7 +17,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from fivebar.grading.advice import formulas, search
-from fivebar.grading.judging import diagnosis
+from fivebar.grading.judging import judge
 from fivebar.grading.labs import find_lab
 from tests.helpers.hand_ins import FOLDER, HandIn, graded, hand_ins
 from tests.helpers.hand_ins import mends as is_mended
@@ -60,15 +60,15 @@ def cases(name):
 
 def traced(origins):
     """Let what is found be remembered with the part that found it: name or formula -> part."""
-    plain = diagnosis._single
+    plain = judge.diagnose
 
-    def single(answers, misconceptions):
-        found = plain(answers, misconceptions)
-        if found is not None:
+    def diagnose(answers):
+        found = plain(answers)
+        if found is not None and found.model is not None:
             origins.setdefault(found.name, "catalogue: " + SIDE.sub("", found.name))
         return found
 
-    diagnosis._single = single
+    judge.diagnose = diagnose
     for name in FORMULAS:
         setattr(formulas, name, _traced_formula(getattr(formulas, name), name, origins))
     search._Search._sure = _traced_search(search._Search._sure, origins)

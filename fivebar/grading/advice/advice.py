@@ -72,9 +72,6 @@ class Advice:
                 f" {MOST_SECONDS:g} s of computing for that."
             )
 
-    def _wrong(self):
-        return {check.function for check in self._checks.found if check.share < 1}
-
     def _places(self, function):
         """Return the numbers of a function's checks that are not all right."""
         found = enumerate(self._checks.found)
@@ -94,9 +91,8 @@ class Advice:
         for asked in self._askings(function):
             budget = Budget(SHARE * self._seconds)
             self._seconds -= budget.left
-            mend = find_mend(
-                self._program, self._lab, function, asked, self._wrong(), not named, budget
-            )
+            wrong = {check.function for check in self._checks.found if check.share < 1}
+            mend = find_mend(self._program, self._lab, function, asked, wrong, not named, budget)
             self._seconds += max(budget.left, 0)
             if mend is not None:
                 self._judge_with(mend)

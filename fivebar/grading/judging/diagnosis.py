@@ -40,42 +40,31 @@ class Answers:
     def none(self) -> np.ndarray:
         return np.isnan(self.expected[:, 0])
 
-    def difference(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return difference(a, b, self.exercise.turns)
-
-    def alike(self, outcome: np.ndarray) -> np.ndarray:
-        """Return which numbers (n, k) are an outcome's. What is huge at a singularity says nothing
-        about scale.
-        """
-        close = np.maximum(self.limits, EXACT * largest(outcome[~self.none]))
-        return self.difference(self.came, outcome) <= close
-
     def outcome(self, model: Callable) -> np.ndarray:
         found = self.exercise.outcome(model, self.robot, self.columns)
         found[~np.all(np.isfinite(found), axis=1)] = np.nan
         return found
 
-    def fits(self, outcome: np.ndarray, alike: np.ndarray) -> bool:
-        """Return whether all rows are as this outcome has them, and a wrong one unlike the right
-        answer.
-        """
-        known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
-        same = np.all(alike, axis=1)
-        fits = same | (~known & nothing) | self.refused
-        wrong = fits & ~self.good & ~(nothing & self.none)
-        wrong &= self.differs(outcome).any(axis=1) | nothing
-        return bool(fits.all() and same.any() and wrong.any())
-
-    def differs(self, outcome: np.ndarray) -> np.ndarray:
-        """Return which numbers (n, k) of an outcome are others than the right model's."""
-        # Where no answer exists, rounding makes one of the right model as well.
-        away = self.difference(outcome, self.unmasked) > EXACT * largest(self.unmasked)
-        return away | (np.isnan(outcome) != np.isnan(self.unmasked))
-
     @cached_property
     def unmasked(self) -> np.ndarray:
         """What the right model gives, also where its answer is none."""
         return self.outcome(self.exercise.answer)
+
+    def fits(self, model: Callable) -> bool:
+        """Return whether all rows are as this model has them, and a wrong one unlike the right
+        answer.
+        """
+        outcome, turns = self.outcome(model), self.exercise.turns
+        known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
+        # What is huge at a singularity says nothing about scale.
+        close = np.maximum(self.limits, EXACT * largest(outcome[~self.none]))
+        same = np.all(difference(self.came, outcome, turns) <= close, axis=1)
+        # Where no answer exists, rounding makes one of the right model as well.
+        away = difference(outcome, self.unmasked, turns) > EXACT * largest(self.unmasked)
+        away |= np.isnan(outcome) != np.isnan(self.unmasked)
+        fits = same | (~known & nothing) | self.refused
+        wrong = fits & ~self.good & ~(nothing & self.none) & (away.any(axis=1) | nothing)
+        return bool(fits.all() and same.any() and wrong.any())
 
 
 def difference(a: np.ndarray, b: np.ndarray, turns: np.ndarray) -> np.ndarray:
@@ -94,7 +83,7 @@ def diagnose(answers: Answers) -> Misconception | None:
     if still and not np.nan_to_num(answers.came).any():
         return still
     # One answer to all rows is a stored one, unless it is 0.
-    return _single(answers, answers.exercise.wrong) or still
+    return next((known for known in answers.exercise.wrong if answers.fits(known.model)), still)
 
 
 def unwritten(answers: Answers) -> Misconception | None:
@@ -111,15 +100,6 @@ def unwritten(answers: Answers) -> Misconception | None:
         None,
         idle=True,
     )
-
-
-def _single(answers, misconceptions):
-    """Return the first mistake that gives the student's answers."""
-    for known in misconceptions:
-        outcome = answers.outcome(known.model)
-        if answers.fits(outcome, answers.alike(outcome)):
-            return known
-    return None
 
 
 def consistent(names: str) -> Misconception:

@@ -21,7 +21,7 @@ from ..worker.replies import Reply
 from ..worker.student import LIMIT, Tried
 from .judge import Verdict
 
-MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
+MODES = "assembly_mode gamma1 gamma2 branch".split()
 MOST_ASKED = 30_000  # rows of right functions in a check
 MOST_KEPT = 2_000
 ASKED = 16  # of them, of the student's own

@@ -20,7 +20,7 @@ from .places import (
 
 PACKAGES = ("numpy", "scipy")
 USERS = 3_000  # unprivileged ids that nobody has, one per worker, so that none can reach another
-_THREADS = ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")
+_THREADS = "OPENBLAS OMP MKL VECLIB_MAXIMUM NUMEXPR".split()
 ENVIRONMENT = {
     "PATH": "/usr/bin:/bin",
     "LANG": "C.UTF-8",

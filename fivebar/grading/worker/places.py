@@ -169,14 +169,8 @@ def bwrap_command(packages: tuple[str, ...]) -> list[str]:
     folders = [("--perms", "0755", "--dir", str(folder)) for folder in above if str(folder) != "/"]
     # Before those above: the environment may lie in it, and what is there keeps its rights.
     folders = [("--perms", "0777", "--dir", "/tmp"), *folders]
-    spaces = [
-        "--unshare-ipc",
-        "--unshare-pid",
-        "--unshare-net",
-        "--unshare-uts",
-        "--die-with-parent",
-        "--new-session",
-    ]
+    spaces = "--unshare-ipc --unshare-pid --unshare-net --unshare-uts --die-with-parent".split()
+    spaces.append("--new-session")
     if os.getuid():
         spaces = ["--unshare-user", *spaces]
     return [_bwrap(), *spaces, *(word for words in [*folders, *binds] for word in words)]

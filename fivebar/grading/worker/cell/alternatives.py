@@ -126,7 +126,7 @@ def _is_called(node, parent):
 
 
 def _is_array(node):
-    return node.id not in ("np", "numpy", "math", "cmath", "linalg", "mt")
+    return node.id not in "np numpy math cmath linalg mt".split()
 
 
 def alternatives(place: Place) -> Alternatives:
@@ -156,11 +156,6 @@ def _of_condition(place):
         # One direction of a crossing alone: a < 0 < b.
         product = ast.BinOp(node.left, ast.Mult(), node.comparators[-1])
         yield 1, "a comparison", ast.Compare(product, [ast.Lt()], [ast.Constant(0)])
-
-
-def _of_choice(place):
-    node = place.node
-    yield 1, "the order", ast.IfExp(node.test, node.orelse, node.body)
 
 
 def _exchanged(node, scope):
@@ -462,7 +457,6 @@ _OF = {
     ast.UnaryOp: lambda place: [(0, "a sign", place.node.operand)],
     ast.Compare: _of_condition,
     ast.BoolOp: _of_condition,
-    ast.IfExp: _of_choice,
     ast.Name: _of_name,
     ast.Attribute: _of_attribute,
     ast.Constant: _of_number,
