@@ -93,7 +93,7 @@ class Exercise:
         except (UnreachableError, SingularityError):  # in one of the rows at least
             if n == 1:
                 return np.full((1, len(self.turns)), np.nan)
-            rows = [tuple(column[k : k + 1] for column in columns) for k in range(n)]
+            rows = zip(*(np.split(column, n) for column in columns))
             return np.concatenate([self.outcome(model, robot, row) for row in rows])
         if len(self.returns) == 1 and not isinstance(answers, tuple):
             answers = (answers,)

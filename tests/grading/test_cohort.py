@@ -98,7 +98,7 @@ def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     assert "elbow,origin in the base joint" in met
     for words in (
         "emil: A line is passed over",
-        "gina: 1 timeout, 2 unasked of 3 checks",
+        "gina: 1 × timeout, 2 × unasked",
         "empty: Nothing can be graded",
     ):
         assert words in printed.err

@@ -58,6 +58,15 @@ def zipped(path, files):
     return path
 
 
+def test_a_file_that_a_program_imports_is_not_left_over(folder, lab):
+    written(folder / "anna" / "lab.py", f"from helpers import *\n{RIGHT}")
+    written(folder / "anna" / "helpers.py", "import deeper\n")
+    written(folder / "anna" / "deeper.py", "x = 1\n")
+    written(folder / "anna" / "older.py", "x = 2\n")
+    (item,) = left_of(folder, lab)["anna"]
+    assert (item.name, item.word) == ("anna/older.py", "another program")
+
+
 def test_who_handed_in_what(folder, lab):
     for name in (
         "anna.py",
@@ -183,7 +192,7 @@ def test_a_zip_is_read_and_not_unpacked(folder, lab, tmp_path):
     assert (found["anna"].member, found["ben"].member) == ("hand in/lab.py", "lab.PY")
     assert read_submission(found["anna"].path, found["anna"].member).source == RIGHT
     assert {item.word for item in left_of(folder, lab)["anna"]} == {
-        "not graded",
+        "another program",
         "hidden",
         "a zip in a zip that cannot be read",
     }

@@ -87,7 +87,7 @@ def test_calls_that_were_not_asked_are_told_apart_from_those_that_hang():
     left += [Reply("unasked", text="the calls before it took all of the time")] * 3
     found = verdict(left[1:] + left[:1] + [list(row) for row in RIGHT[4:]])
     assert (found.share, found.wrong, found.reason) == (pytest.approx(8 / 12), 1, "timeout")
-    assert "3 more calls were not asked, as the calls before it took all of" in found.text
+    assert "3 more calls were not asked, as these took all of the time" in found.text
 
 
 def test_the_misconception_is_named_and_its_error_measured():

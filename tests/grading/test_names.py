@@ -100,7 +100,7 @@ def flat(values):
             PHI + 3,
             "a variable",
             "kp*(a - b) + kd*c => kd*(a - b) + kp*c",
-            "kd and kp exchanged",
+            "kp and kd exchanged",
         ),
         ("dgm", PHI, PHI + 3, "a variable", "a * b => b * c", "a wrong name"),
         ("dgm", PHI, PHI + 3, "a function", "np.arctan(y/x) => np.arctan2(y, x)", "atan for atan2"),

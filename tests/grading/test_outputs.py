@@ -21,6 +21,7 @@ from fivebar.grading.intake.program import Job
 from fivebar.grading.judging.results import Check, Report
 from fivebar.grading.labs import find_lab
 from fivebar.grading.report import outputs
+from fivebar.grading.report.outputs import file_name
 from fivebar.grading.report.page import POLICY, fragment, report_page
 from fivebar.grading.report.text import check_lines, report_text
 from tests.helpers import DATA
@@ -89,6 +90,10 @@ class Tags(HTMLParser):
 
 
 @pytest.mark.deep
+def test_a_letter_without_an_accent_keeps_its_place_in_a_file_name():
+    assert file_name("Łukasz Żak").startswith("Lukasz_Zak-")
+
+
 def test_the_same_wrong_numbers_are_explained_once():
     told = {"outcome": "wrong", "function": "f", "reason": "value", "text": "wrong value of x"}
     first = Check("a", "f: here", 1.0, 0.0, 0.0, asked="f(1)", **told)

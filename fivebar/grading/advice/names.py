@@ -131,6 +131,7 @@ a variable; ^[\w.]+ => [\w.]+$; {old} in place of {new}; {NAMES}
 a variable; => .*(inv|solve)\(; the wrong matrix inverted; {MATRICES}
 a variable; (multiply|diag)\(.*=> .* @ ; element by element in place of a matrix product; {PRODUCTS}
 a variable; => .* @ ; a matrix forgotten in a product; {SHAPES}
+a variable; ^(.*)\b(?P<a>\w+)\b(.*)\b(?P<b>\w+)\b(.*) => \1\4\3\2\5$; {a} and {b} exchanged; {NAMES}
 a variable; ; a wrong name; {NAMES}
 an index; ; a wrong index; {INDICES}
 the order; ^.?(?P<a>[\w.]+), (?P<b>[\w.]+).? => .?(?P=b), (?P=a).?$; {a} and {b} exchanged; {ORDER}
@@ -316,11 +317,7 @@ def named_change(
     if {*both} <= {name for name, _ in known.plain}:
         # In few rows one argument may be another one's opposite.
         return "{} in place of {}".format(*both), NAMES
-    pairs = {*zip(*map(_WORD.findall, both))}
-    changed = sorted(pair for pair in pairs if pair[0] != pair[1])
     kind, hint = _kind(change)
-    if kind == "a wrong name" and changed and changed == [pair[::-1] for pair in changed[::-1]]:
-        return " and ".join(old for old, _ in changed) + " exchanged", hint
     is_term = change.kind == "a term" and kind.split()[0] in dict(known.lengths_and_masses)
     # The name of these tells more than their value.
     told = is_term or change.kind in ("a function", "a square")

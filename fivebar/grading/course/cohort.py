@@ -175,8 +175,7 @@ def trouble_of(report: Report) -> str:
     if other := [note for note in report.notes if note.startswith((OTHER_ROBOT, OTHER_LAB))]:
         return other[0]
     lost = [check.reason for check in report.checks if check.reason in SERIOUS]
-    counts = [f"{lost.count(reason)} {reason}" for reason in dict.fromkeys(lost)]
-    return f"{', '.join(counts)} of {len(report.checks)} checks" if counts else ""
+    return ", ".join(f"{lost.count(reason)} × {reason}" for reason in dict.fromkeys(lost))
 
 
 def _one(cohort, entry, workers):

@@ -128,6 +128,8 @@ def _body(lab, reports):
     }
     words = f"<h1>{text(lab)}</h1><p>{scores_text(reports)}</p>"
     for title, (heads, rows) in parts.items():
+        if not rows:
+            continue
         words += f"<h2>{title}</h2>"
         if title == "Checks":
             words += f"<p>{TELLS}</p>"

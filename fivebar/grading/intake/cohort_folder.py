@@ -21,10 +21,12 @@ from .hand_in import (
     ProgramFile,
     beside,
     choose,
+    imported,
     is_hidden,
     listed,
     look_into,
     named_for,
+    source_of,
 )
 from .students_robots import id_key, name_key
 
@@ -175,12 +177,13 @@ def _entries(hand_in, lab, file):
         yield Entry(hand_in.student, *where, name=name or str(program))
 
 
-def not_graded(hand_in: HandIn, entries: Iterable[Entry]) -> list[Left]:
-    """Return what of a hand-in is the program of none of the entries."""
+def not_graded(hand_in: HandIn, entries: list[Entry]) -> list[Left]:
+    """Return what of a hand-in is the program of none of the entries, and is imported by none."""
     graded = {(entry.path, entry.member) for entry in entries if not entry.trouble}
-    rest = [
-        Left(str(p), "not graded") for p in hand_in.programs if (p.path, p.member) not in graded
-    ]
+    own = [entry for entry in entries if entry.student == hand_in.student]
+    modules = [m for entry in own for m in imported(source_of(entry), entry.siblings).values()]
+    others = [p for p in hand_in.programs if (p.path, p.member) not in graded]
+    rest = [Left(str(p), "another program") for p in others if source_of(p) not in modules]
     # A file that is no program at all is the entry itself, which says so.
     alone = {path.name for path in hand_in.paths} if not hand_in.programs else set()
     return [*(item for item in hand_in.left if item.name not in alone), *rest]

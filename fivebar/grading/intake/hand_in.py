@@ -40,6 +40,7 @@ MOODLE = re.compile(
     r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_[^_]*_?(?P<file>.*)", re.DOTALL
 )
 CANVAS = re.compile(r"(?P<name>.+?)_(?:LATE_)?(?P<number>\d+)_\d+_(?P<file>.*)", re.DOTALL)
+LEAVE_ONE = "leave one; --file NAME means the one of that name in each hand-in"
 MOST_VERSIONS = 3  # of one file in a hand-in that are all graded
 # What systems add to a name that is there already: "x (1)", "x - Copie", and Canvas' "x-1".
 _COPY = re.compile(r"([ _-]*(\(\d+\)|copy|copie|kopie)|-\d+)$")
@@ -198,7 +199,7 @@ def choose(
     if most == 0:
         raise SubmissionError(
             f"none of {len(programs)} programs ({_listed(programs)}) defines a function of this"
-            " lab: leave one, or name it with --file"
+            f" lab: {LEAVE_ONE}"
         )
     best = _different(lab, [program for program in defined if defined[program] == most])
     if len(best) > 1:
@@ -279,8 +280,7 @@ def _different(lab, programs):
 
 def _several(programs):
     return SubmissionError(
-        f"{len(programs)} programs could be meant ({_listed(programs)}): leave one, or name it with"
-        " --file"
+        f"{len(programs)} programs could be meant ({_listed(programs)}): {LEAVE_ONE}"
     )
 
 

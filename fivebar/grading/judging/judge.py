@@ -60,11 +60,6 @@ class Verdict:
     varies: bool = False
     answers: Answers | None = field(default=None, repr=False)
 
-    @property
-    def mistake(self) -> str:
-        """What the mistake is called, "" where none is known."""
-        return self.diagnosis.name if self.diagnosis else ""
-
 
 def judge(
     exercise: Exercise,
@@ -121,8 +116,7 @@ def judge(
     first = asked[0]
     reply, text = replies[first], texts[first]
     if left := len(told) - len(asked):
-        why = next(reply.text for reply in replies if reply.kind == "unasked")
-        text += f"; {left} more calls were not asked, as {why}"
+        text += f"; {left} more calls were not asked, as these took all of the time"
     if forfeited and np.any(refused):
         text += " (where no answer exists, refusing earns points only if another answer is right)"
     with np.errstate(all="ignore"):

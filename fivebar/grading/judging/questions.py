@@ -112,14 +112,10 @@ class Questions:
         """Return the verdict, where it knows no mistake with what a second look tells."""
         if verdict.share == 1 or verdict.diagnosis is not None:
             return verdict
-        asked = [i for i in range(len(replies)) if not rows.refuse[i]]
-        known = [np.asarray(column)[asked] for column in rows.columns]
-        came = [replies[i] for i in asked]
-        found = None
-        if any(reply.kind == "value" for reply in came):
-            again = self._replies(rows.exercise.name, rows_from(known), rows.constants, limit)
-            found = CHANGES if changing(came, again) else None
-        return replace(verdict, diagnosis=found)
+        came = [reply for reply, refused in zip(replies, rows.refuse) if not refused]
+        plain = rows_from(rows.part(~rows.refuse).columns)
+        again = self._replies(rows.exercise.name, plain, rows.constants, limit)
+        return replace(verdict, diagnosis=CHANGES if changing(came, again) else None)
 
     def wrong_ones(self, rows: dict[str, tuple[Robot, list]]) -> list[str]:
         """Return those of these functions that answer the rows wrongly; none where one is no

@@ -79,7 +79,7 @@ def checked(
         min(round(points * v.share, 2), points),
         outcome="partly" if v.share > 0 else "wrong",
         function=function,
-        misconception=v.mistake,
+        misconception=v.diagnosis.name if v.diagnosis else "",
         hint=v.diagnosis.hint if v.diagnosis else "",
         place=f"line {v.line}" if v.line else "",
         remarks=remarks,

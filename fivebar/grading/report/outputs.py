@@ -21,6 +21,8 @@ CHECK_COLUMNS = (
     "student submission check title function max_points points share outcome reason misconception"
     " wrong rows off"
 ).split()
+# What has no accent to be left out.
+_WHOLE_LETTERS = str.maketrans("ŁłØøĐđßÆæ", "LlOoDdsAa")
 _HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
 # At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part
 # cells.
@@ -48,7 +50,8 @@ def file_name(student: str) -> str:
     """Return a file name for a student's id: plain letters, and a hash of the id where those do not
     tell it from others.
     """
-    letters = unicodedata.normalize("NFKD", student).encode("ascii", "ignore").decode()
+    known = student.translate(_WHOLE_LETTERS)
+    letters = unicodedata.normalize("NFKD", known).encode("ascii", "ignore").decode()
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", letters).strip("_")[:60]
     if plain and plain == student.lower() == student and not _HASHED.search(plain):
         return plain
