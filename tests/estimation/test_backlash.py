@@ -56,6 +56,16 @@ def test_none_is_named_without_backlash(seed):
     assert not any("approach" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("loss", ["linear", "huber"])
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_that_are_wrong_are_no_backlash(seed, loss):
+    data = measured((0.0, 0.0), 5e-5, seed, rows=40)
+    data["x"][5] += 3e-3
+    data["y"][17] -= 5e-3
+    found = fb.calibrate(DRAWN, data, UNKNOWN, sigma=5e-5, loss=loss)
+    assert not any("approach" in note for note in found.notes)
+
+
 def test_backlashes_need_six_numbers_beyond_the_unknowns():
     data = measured((0.0, 0.01), 2e-5, 3, rows=7)
     assert backlashes(fb.calibrate(DRAWN, data, UNKNOWN)) is not None

@@ -14,6 +14,7 @@ from numpy import ndarray
 
 from .fit import residuals
 from .measured_robot import OFFSETS
+from .outliers import outlying_rows
 
 if TYPE_CHECKING:
     from .result import Calibration
@@ -41,10 +42,15 @@ def backlashes(found: Calibration) -> tuple[ndarray, ndarray] | None:
     columns = np.zeros((numbers, 2))
     columns[: len(slopes)] = -came[rows.row_of] / 2 * slopes * found.weight[:, None]
     together = np.hstack([jacobian, columns])
+    # Rows that are wrong though there may be backlash would else pass for it.
+    own = slice(len(slopes))
+    wrong = list(outlying_rows(off[own], together[own], unknowns + 2, rows.row_of, found.absolute))
+    kept = np.append(~np.isin(rows.row_of, wrong), np.ones(numbers - len(slopes), bool))
+    off, together = off[kept], together[kept]
     inverse = np.linalg.pinv(together, RCOND)
     step = -inverse @ off
     rest = off + together @ step
-    variance = 1.0 if found.absolute else float(rest @ rest) / (numbers - unknowns - 2)
+    variance = 1.0 if found.absolute else float(rest @ rest) / (len(off) - unknowns - 2)
     return step[-2:], np.sqrt((inverse[-2:] ** 2).sum(axis=1) * variance)
 
 
