@@ -86,7 +86,6 @@ def test_a_machine_stays_one(files, capsys):
         (["log.csv", "--offset", "1", "2", "3"], 2, "--offset takes one number or two"),
         (["log.csv", "--offset", "1deg", "2deg", "3deg"], 2, "--offset takes one number or two"),
         (["log.csv", "--units", "q1=rad"], 1, "is in deg, but its unit is given as rad"),
-        (["log.csv", "--assembly", "1"], 1, "Are the assembly mode +1"),
         (["log.csv", "--unknown", "mass"], 2, "--unknown: no parameter 'mass'"),
     ],
 )

@@ -17,7 +17,7 @@ from .samples import Samples
 MUCH = 0.01  # of the torque's rms, and
 TIMES = 3.0  # the noise of the log: who misses more does not have all of the robot
 SURE = 4.0  # standard deviations below 0: no mass and no friction can be there
-USELESS = 0.1  # of the torque's rms: where a model misses more, its values mean nothing
+USELESS = 0.2  # of the torque's rms: where a model misses more, its values mean nothing
 
 
 class Delay(NamedTuple):
