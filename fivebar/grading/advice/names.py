@@ -318,9 +318,9 @@ def named_change(
         # In few rows one argument may be another one's opposite.
         return "{} in place of {}".format(*both), NAMES
     kind, hint = _kind(change)
-    is_term = change.kind == "a term" and kind.split()[0] in dict(known.lengths_and_masses)
     # The name of these tells more than their value.
-    told = is_term or change.kind in ("a function", "a square")
+    told = change.kind in ("a function", "a square")
+    told |= change.kind == "a term" and kind.split()[0] in dict(known.lengths_and_masses)
     where = ""
     for old, new in around:
         quantity = known.name_of(new)

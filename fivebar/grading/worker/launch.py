@@ -53,8 +53,8 @@ def launch(
     }
     cell = str(CELL) if outside else "/cell"
     # NumPy warns of each nan, which a function may return where no answer exists.
-    options = ("-I", "-S", "-B", "-u", "-Wignore::RuntimeWarning")
-    command = [str(interpreter()), *options, cell, json.dumps(settings)]
+    warn = "-Wignore::RuntimeWarning"
+    command = [str(interpreter()), "-I", "-S", "-B", "-u", warn, cell, json.dumps(settings)]
     passed = (settings["read"], settings["write"])
     if outside:
         return _popen(command, passed), None
