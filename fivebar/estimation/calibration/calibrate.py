@@ -53,8 +53,9 @@ UNUSUAL = 25.0  # times a bar: points do not move by so much more or less for ea
 LEAST_TURN = 1e-3  # rad, of the joints, to tell by
 QUESTIONS = (
     "Are q1, q2 in degrees or rad, x, y or distance in mm or m (units=, --units)? Are q1, q2 in"
-    " counts (ratio1 and ratio2 in start, --start: rad of one count)? Are two columns exchanged, or has one the wrong sign? Is all unknown that is not known (offsets, the"
-    " frame x0, y0, turn)? mistakes='keep' (--mistakes keep) takes the data as they are"
+    " counts (ratio1 and ratio2 in start, --start: rad of one count)? Are two columns exchanged, or"
+    " has one the wrong sign? Is all unknown that is not known (offsets, the frame x0, y0, turn)?"
+    " mistakes='keep' (--mistakes keep) takes the data as they are"
 )
 DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
