@@ -227,7 +227,6 @@ def _say_leaps(machine, motion, run, off, size):
     needed = float(np.abs(motion.torques(run.t)).max())
     efforts = np.abs(run.tau).max(axis=1)
     error, effort = float(off.max()), float(efforts.max())
-
     dry = ", its dry friction changes there" * loads_of(machine.robot).sticks
 
     def say(what, values, ratio):
