@@ -13,7 +13,6 @@ import textwrap
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from ...base.errors import UsageError
 from ...base.progress import progress
@@ -84,9 +83,18 @@ class Cohort:
         return replace(report, hints_from=job.hints_from)
 
 
-def begin(lab: Lab, out: Path, seed: str | None, *how: Any) -> Cohort:
+def begin(
+    lab: Lab,
+    out: Path,
+    seed: str | None,
+    secret: bytes | None,
+    isolate: str,
+    limit: float | None,
+    hints_from: str = "",
+    packages: tuple[str, ...] = (),
+) -> Cohort:
     """Return the Cohort of a folder of results, with the seed of its earlier run where none is
-    given; how: the rest of a Cohort, in its order.
+    given.
     """
     (out / "students").mkdir(parents=True, exist_ok=True)
     state = out / STATE
@@ -103,7 +111,7 @@ def begin(lab: Lab, out: Path, seed: str | None, *how: Any) -> Cohort:
         seed = seed or known_seed
     seed = seed or os.urandom(8).hex()
     write_whole(state, json.dumps({"lab": lab.name, "seed": seed}) + "\n")
-    return Cohort(lab, out, seed, *how)
+    return Cohort(lab, out, seed, secret, isolate, limit, hints_from, packages)
 
 
 def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
