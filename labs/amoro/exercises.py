@@ -4,6 +4,7 @@ import numpy as np
 
 from fivebar import FiveBar
 from fivebar.grading import ten_models
+from fivebar.grading.derivation import product, turned
 from fivebar.grading.models import exercises_on
 
 FILE = "five_bar_models.py"
@@ -21,6 +22,7 @@ CONSTANTS = {
     "mR": ("m",),
 }
 SPEED = "Let the motors run at constant speed: is the end-effector's acceleration 0?"
+POWER = "m (A^-1 d) is a force. Which efforts is it worth?"
 SLIPS = {
     "sign of the base joint's x, in the right leg": (
         "Write down the x of both base joints. Where is the origin of the frame?",
@@ -28,6 +30,7 @@ SLIPS = {
     ),
     "d forgotten": (SPEED, {"d": lambda s: 0 * s.far}),
     "c forgotten": (SPEED, {"c": lambda s: 0 * s.d}),
+    "c = J^T M J d": (POWER, {"c": lambda s: product(turned(s.J) @ s.M @ s.J, s.d)}),
     "both inertias added in all of M": (
         "xi' = J q'. Write the kinetic energy with q'.",
         {"Z": lambda s: np.full((2, 2), sum(s.robot.inertias))},
