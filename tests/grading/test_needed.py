@@ -64,6 +64,7 @@ NEEDED = {
     "a term of two": ("a*b", "a*b - 2*w*l"),
     "a term of a square": ("a*b", "a*b - l*w**2"),
     "a quotient": ("a*b", "w*a/l/2"),
+    "a hypotenuse": ("a*b", "abs(a*b + 1j*w)"),
 }
 
 

@@ -112,6 +112,8 @@ def _with_one(values):
                 yield "a factor", _times(factor, f"{OLD}/{text}")
             if factor := _number(_ratio(more, one)):
                 yield "a term", _plus(factor, text)
+        if values.alike(np.hypot(old, value), wanted):
+            yield "a hypotenuse", f"{MATH}sqrt({OLD}**2 + {name}**2)"
         if values.alike(old + value, wanted):
             yield "a term", f"{OLD} + {name}"
         if values.alike(old - value, wanted):

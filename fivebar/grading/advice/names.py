@@ -119,6 +119,8 @@ a root; ; a root too much or forgotten; {UNITS}
 a factor; gamma|assembly|branch; the mode forgotten; For which mode is it right?
 a factor; ; a wrong factor; {UNITS} Where does each factor come from?
 an operator; ; a wrong operator; {UNITS}
+a mode; ; the mode forgotten; {FLIPPED}
+a hypotenuse; ; a side in place of a hypotenuse; How long is a vector that has an x and a y?
 a number; ; a wrong number; Where does each number in your formula come from?
 a whole number; ; an array of whole numbers; {WHOLE}
 a term; ^(?P<rest>.+) [+-] (?P<term>[^+-]+) => (?P=rest)$; {term} too much; {TERMS}
@@ -319,7 +321,7 @@ def named_change(
         return "{} in place of {}".format(*both), NAMES
     kind, hint = _kind(change)
     # The name of these tells more than their value.
-    told = change.kind in ("a function", "a square")
+    told = change.kind in ("a function", "a square", "a mode", "a hypotenuse")
     told |= change.kind == "a term" and kind.split()[0] in dict(known.lengths_and_masses)
     where = ""
     for old, new in around:
