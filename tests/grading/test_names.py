@@ -107,6 +107,9 @@ def flat(values):
         ("dgm", PHI, PHI + 3, "a variable", "q11 => q21", "q11 in place of q21"),
         ("dgm", PHI, PHI + 3, "a function", "sin(q) => cos(q)", "sine and cosine exchanged"),
         ("dkm2", -RATES.d, RATES.d, "a function", "abs(d) => d", "an absolute value too much in d"),
+        ("dkm2", 0 * RATES.d, RATES.d, "a function", "max(d, 0) => d", "a limit too much in d"),
+        ("dgm", PHI, PHI + 3, "a function", "determinant(A) => A", "another function"),
+        ("dkm2", -RATES.d, RATES.d, "a mode", "-d => d * gamma1", "the mode forgotten in d"),
     ],
 )
 def test_a_change_is_called_by_what_it_is_worth(function, old, new, kind, text, name):

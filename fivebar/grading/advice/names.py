@@ -106,6 +106,7 @@ KINDS = r"""
 a function; ^\S*(deg|rad)\w*\(; an angle converted from or to degrees; {DEGREES}
 a function; ^(np\.)?f?abs\w*\(; an absolute value too much; {ABSOLUTE}
 a function; ^\S*round\(|astype; a rounded number; {ROUNDED}
+a function; ^([\w.]+\.)?(max|min|clip)(imum)?\(; a limit too much; Is there an answer beyond it?
 a function; tan\(.*=>.*tan2\(; atan for atan2; {ATAN}
 a function; (cos|sin)\(.*=>.*tan2\(; an arc in place of a direction; {ARC}
 a function; \ba(rc)?(cos|sin)\b; arcsine and arccosine exchanged; {ANGLE}
@@ -118,9 +119,9 @@ a square; ; a square forgotten; {UNITS}
 a root; ; a root too much or forgotten; {UNITS}
 a factor; gamma|assembly|branch; the mode forgotten; For which mode is it right?
 a factor; ; a wrong factor; {UNITS} Where does each factor come from?
-an operator; ; a wrong operator; {UNITS}
 a mode; ; the mode forgotten; {FLIPPED}
 a hypotenuse; ; a side in place of a hypotenuse; How long is a vector that has an x and a y?
+an operator; ; a wrong operator; {UNITS}
 a number; ; a wrong number; Where does each number in your formula come from?
 a whole number; ; an array of whole numbers; {WHOLE}
 a term; ^(?P<rest>.+) [+-] (?P<term>[^+-]+) => (?P=rest)$; {term} too much; {TERMS}

@@ -58,6 +58,8 @@ column_stack vstack
 vstack column_stack
 """
 _MEANT = {word: others for word, *others in map(str.split, _TABLE.strip().splitlines())}
+_LIMITS = "round max min maximum minimum clip".split()  # that may be too much
+_OF_MATRICES = ast.MatMult | ast.Assign | ast.Attribute  # what a matrix may stand in
 _FACTOR = ast.Mult | ast.Div | ast.MatMult
 _ATAN = {"atan": "atan2", "arctan": "arctan2"}
 _FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
@@ -130,7 +132,7 @@ def _is_array(node):
 
 
 def alternatives(place: Place) -> Alternatives:
-    """Yield what may stand there where nothing but a sign, a name or an order is wrong."""
+    """Yield what may stand there where a sign, mode, name, order or transpose is wrong."""
     node = place.node
     if type(node) in _OF:
         yield from _OF[type(node)](place)
@@ -138,6 +140,14 @@ def alternatives(place: Place) -> Alternatives:
     signed = ast.BinOp | ast.Call | ast.Name | ast.Subscript
     if place.term and not stored and isinstance(node, signed):
         yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
+    # A fixed sign may be that of one mode alone.
+    for name in place.scope.arguments if place.term or isinstance(node, ast.UnaryOp) else ():
+        if re.match("assembly|gamma|branch", name):
+            both = ast.BinOp(getattr(node, "operand", node), ast.Mult(), name_of(name))
+            yield 2, "a mode", both
+    around = getattr(place.parent, "op", place.parent)
+    if isinstance(around, _OF_MATRICES) or _callee(around) == "dot":
+        yield 2, "a transpose", transposed(node)
     whole = isinstance(place.parent, ast.stmt | ast.Lambda | ast.List | ast.Tuple)
     if whole or isinstance(node, ast.Call):
         yield from _exchanged(node, place.scope)
@@ -367,8 +377,8 @@ def _of_call(place):
         return
     if name == "astype" and isinstance(node.func, ast.Attribute):
         yield 1, "a function", node.func.value
-    if len(arguments) == 1 or name == "round":
-        yield 1, "a function", arguments[0]
+    if len(arguments) == 1 or name in _LIMITS:
+        yield from ((1, "a function", argument) for argument in arguments)
         if name.endswith("inv"):
             yield 2, "an inverse", arguments[0]
             yield 2, "an inverse", transposed(arguments[0])
@@ -446,10 +456,11 @@ def _part(node, index):
 
 
 def _indices(node, scope):
-    """Yield other indices."""
+    """Yield other indices, by number or by a letter."""
     value = getattr(node, "value", None)
     if type(value) is int:
         yield from (ast.Constant(k) for k in range(3) if k != value)
+        yield from (name_of(name) for name in sorted(scope.names) if len(name) == 1)
 
 
 _OF = {
