@@ -9,13 +9,14 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 
 import numpy as np
 
 from ...models.robots import Robot
 from ..intake.program import Program
-from ..judging.judge import numbers_of, numbers_right
+from ..judging.diagnosis import difference
+from ..judging.judge import limits_of, numbers_of
 from ..judging.questions import AskedRows, rows_from
 from ..judging.with_right_ones import (
     Budget,
@@ -145,9 +146,11 @@ class _Search:
                 for rows, known in zip(others, answered)
                 if known.any()
             ]
-        # Where no answer exists, a change that makes all right gives none either.
-        refused = [rows.part(rows.refuse & rows.good) for rows in asked]
-        self.refused = [rows for rows in refused if len(rows.good)]
+        # Where no answer exists, a change that makes all right gives none either: also where an
+        # answer is given and nothing else is wrong.
+        wrong = any(len(rows.wrong) for rows in asked)
+        refused = [rows.part(rows.refuse & (rows.good | (not wrong))) for rows in asked]
+        self.asked += [rows for rows in refused if len(rows.good)]
         self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
         self.best: Mend | None = None  # of the changes that make all right
@@ -267,9 +270,6 @@ class _Search:
         if not all(self._right(rows, tried, [numbers]).all() for rows in self.asked):
             return None
         changes = self.student.changes
-        for rows in self.refused:
-            if np.isfinite(self._came(rows, tried, numbers)).all(axis=1).any():
-                return None
         inside = {change.function for change in changes}
         outline = self.student.outline
         kept = [rows for name, rows in self.kept if builds_on(outline, name, inside)]
@@ -299,14 +299,18 @@ class _Search:
         return numbers_of(rows.exercise, self._replies(rows, tried, [numbers]))
 
     def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:
-        """Return which numbers are right with each of these changes: (changes, rows, numbers)."""
-        count, right = len(rows.good), []
-        for some in batches(changes, max(1, AT_ONCE // count)):
-            replies = self._replies(rows, tried, some)
-            good = numbers_right(rows.exercise, rows.robot, rows.columns, replies, rows.tolerance)
-            right.append(good.reshape(len(some), count, -1))
-        none = np.ones((0, count, len(rows.exercise.is_angle())), bool)
-        return np.concatenate(right) if right else none
+        """Return which numbers are right, or none where there is no answer, with each of these
+        changes: (changes, rows, numbers).
+        """
+        exercise, count = rows.exercise, len(rows.good)
+        some = batches(changes, max(1, AT_ONCE // count))
+        replies = [*chain(*(self._replies(rows, tried, each) for each in some))]
+        came = numbers_of(exercise, replies).reshape(len(changes), count, len(exercise.turns))
+        expected = exercise.outcome(exercise.answer, rows.robot, rows.columns)
+        limits = limits_of(exercise, expected, rows.tolerance)
+        right = difference(came, expected, exercise.turns) <= limits
+        none = ~np.isfinite(came).all(axis=2, keepdims=True)
+        return np.where(rows.refuse[:, None], none, right)
 
     def _replies(self, rows, tried, changes):
         """Return the replies to all rows with each of these changes."""

@@ -85,7 +85,7 @@ def judge(
     if np.any(unanswered):
         raise ValueError(f"the right {exercise.name} has no answer in row {np.argmax(unanswered)}")
     angles = exercise.is_angle()
-    limits = _limits(exercise, expected, tolerance)
+    limits = limits_of(exercise, expected, tolerance)
     came, reasons, texts, remarks = _outcomes(exercise, replies, refuse)
     errors = difference(came, expected, exercise.turns)
     for i in np.flatnonzero([not reason for reason in reasons]):
@@ -154,25 +154,12 @@ def _totals(exercise, numbers):
     return np.stack([part.reshape(len(part), -1).sum(axis=1) for part in exercise.parts(numbers)]).T
 
 
-def numbers_right(
-    exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
-) -> np.ndarray:
-    """Return which numbers (m, k) of the replies are right, within tolerance (n,); m: a multiple of
-    the n rows, which are asked again and again.
-    """
-    came = numbers_of(exercise, replies)
-    expected = exercise.outcome(exercise.answer, robot, columns)
-    times = len(replies) // len(expected), 1
-    limits = np.tile(_limits(exercise, expected, tolerance), times)
-    return difference(came, np.tile(expected, times), exercise.turns) <= limits
-
-
 def numbers_of(exercise: Exercise, replies: list[Reply]) -> np.ndarray:
     """Return the numbers (n, k) of replies, nan where there are none."""
     return _outcomes(exercise, replies, np.zeros(len(replies), bool))[0]
 
 
-def _limits(exercise, expected, tolerance):
+def limits_of(exercise: Exercise, expected: np.ndarray, tolerance: ArrayLike) -> np.ndarray:
     """Return the largest error allowed: of an angle in radians, else of the largest answer."""
     scale = np.where(exercise.is_angle(), 1.0, largest(expected))
     return np.asarray(tolerance)[..., None] * scale
