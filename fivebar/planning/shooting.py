@@ -28,7 +28,7 @@ FARTHEST = 1.0  # rad or bars that a step may move a node
 FAST = 0.35  # rad or bars of an interval, beyond which a motion is too fast for it
 # Changes of damping and of the share of a step after one that is taken, and one that is not.
 EASIER, HARDER = 4.0, 4.0
-RIDGE = 1e-12  # of the size of a matrix that is solved with
+RIDGE = 1e-12  # of the diagonal of a matrix that is singular
 GAUSS = np.array([0.5 - math.sqrt(3) / 6, 0.5 + math.sqrt(3) / 6])
 
 
@@ -355,9 +355,10 @@ class Motions:
             cross = ux[:, k] + pulled @ by_start[:, k]
             right = np.concatenate([cross, gu[:, k, :, None] + on_torques @ ahead], axis=-1)
             square = uu[:, k] + pulled @ by_torques[:, k]
-            # Of a motion near all of whose ends diverge, rounding may leave it singular.
-            square += RIDGE * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(2)
-            gain = np.linalg.solve(square, right)
+            try:
+                gain = np.linalg.solve(square, right)
+            except np.linalg.LinAlgError:  # by rounding, of a motion near which all ends diverge
+                gain = np.linalg.solve(square * (1 + RIDGE * np.eye(2)), right)
             # Joseph's form, in which rounding keeps the value positive.
             held = gain[..., :4]
             back_held = held.swapaxes(-1, -2)
