@@ -17,7 +17,15 @@ from fivebar.cli import main
 from fivebar.grading import grade as graded
 from fivebar.grading.course import cohort as cohort_module
 from fivebar.grading.course import graders
-from fivebar.grading.course.cohort import STATE, GraderError, _one, begin, run_cohort, trouble_of
+from fivebar.grading.course.cohort import (
+    STATE,
+    Cohort,
+    GraderError,
+    _one,
+    begin,
+    run_cohort,
+    trouble_of,
+)
 from fivebar.grading.grade import grade
 from fivebar.grading.intake.cohort_folder import Entry, entries_of, find_hand_ins
 from fivebar.grading.intake.program import Job
@@ -140,15 +148,17 @@ def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
 def test_what_is_graded_again(labs, folder, tmp_path):
     entry = Entry("anna", written(folder / "anna.py", RIGHT))
     lab, out = find_lab("elbow", labs), tmp_path / "out"
-    first = begin(lab, out, None, None, "process", None)
+    first = begin(Cohort(lab, out, None, None, "process", None))
     assert first.done(entry) is None
     run_cohort(first, [entry], 1)
     assert first.done(entry).points == 4
-    assert begin(lab, out, None, None, "process", None).seed == first.seed  # of the earlier run
     assert (
-        begin(lab, out, first.seed, b"a secret", "process", None).done(entry) is None
+        begin(Cohort(lab, out, None, None, "process", None)).seed == first.seed
+    )  # of the earlier run
+    assert (
+        begin(Cohort(lab, out, first.seed, b"a secret", "process", None)).done(entry) is None
     )  # another robot
-    assert begin(lab, out, "other", None, "process", None).done(entry) is None
+    assert begin(Cohort(lab, out, "other", None, "process", None)).done(entry) is None
     first.file(entry, ".json").write_text("{}", encoding="utf-8")
     assert first.done(entry) is None
     run_cohort(first, [entry], 1)
@@ -248,7 +258,7 @@ def test_an_interrupt_that_a_waiting_thread_receives_is_answered(
 
     monkeypatch.setattr(cohort_module, "Workers", Interrupted)
     entries = [Entry(name, written(folder / f"{name}.py", RIGHT)) for name in "abc"]
-    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    cohort = begin(Cohort(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None))
     with pytest.raises(KeyboardInterrupt, match="0 are graded; the same command goes on"):
         run_cohort(cohort, entries, 2)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one would be ignored
@@ -293,7 +303,7 @@ def test_hostile_numbers_and_lines_cost_one_student(labs, folder, tmp_path):
     written(folder / "a.py", RIGHT.replace("l11 = 0.09", f"l11 = 1{'0' * 400}"))
     written(folder / "b.py", RIGHT + "x=1;" * 60_000)
     written(folder / "c.py", RIGHT)
-    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    cohort = begin(Cohort(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None))
     assert [report.points for report in run_cohort(cohort, entries_in(folder, cohort.lab), 1)][
         ::2
     ] == [0, 4]
@@ -311,7 +321,7 @@ def test_a_failure_of_the_grader_costs_one_student_and_one_of_the_machine_stops_
         raise error
 
     monkeypatch.setattr(graders, "grade", fails_unless_told)
-    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    cohort = begin(Cohort(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None))
     entry = Entry("a", written(folder / "a.py", RIGHT))
     direct = SimpleNamespace(
         ask=lambda job, lab: graders.grade_job(graders.sendable(job), lab.folder)
@@ -331,7 +341,7 @@ def test_a_failure_of_the_grader_costs_one_student_and_one_of_the_machine_stops_
 
 def test_a_file_replaced_while_it_is_graded_is_graded_again(labs, folder, tmp_path, monkeypatch):
     entry = Entry("a", written(folder / "a.py", SHIFTED))
-    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    cohort = begin(Cohort(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None))
     run = graded.run_checks
     monkeypatch.setattr(
         graded, "run_checks", lambda *a: entry.path.write_text(RIGHT, encoding="utf-8") and run(*a)
@@ -360,7 +370,7 @@ def test_a_graders_process_that_dies_costs_one_student(labs, folder, tmp_path, c
     written(folder / "a.py", RIGHT)
     written(folder / "b.py", RIGHT.replace("-d / 2 +", "7 +"))
     written(folder / "c.py", RIGHT)
-    cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
+    cohort = begin(Cohort(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None))
     a, b, c = run_cohort(cohort, entries_in(folder, cohort.lab), 2)
     assert a.points == c.points == 5 and b.checks == () and "killed, 3 times" in trouble_of(b)
     assert points(tmp_path / "out") == {"a": 5, "c": 5}

@@ -24,7 +24,7 @@ from fivebar.base.shards import MANIFEST, read_chunk, read_manifest
 from fivebar.base.units import METRES, SECONDS
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.grading.course import marks, settings
-from fivebar.grading.course.cohort import begin
+from fivebar.grading.course.cohort import Cohort, begin
 from fivebar.grading.course.gradebook import Gradebook
 from fivebar.grading.intake.hand_in import look_into
 from fivebar.grading.judging.results import Check, Report
@@ -120,12 +120,12 @@ def _kept(path):
     (out / "students").mkdir(parents=True, exist_ok=True)
     entry = SimpleNamespace(student="s", path=path, trouble="", member="", siblings=(), attempt=1)
     (out / "students" / "s.json").write_bytes(path.read_bytes())
-    cohort = begin(lab, out, "seed", None, "process", None)
+    cohort = begin(Cohort(lab, out, "seed", None, "process", None))
     return cohort.done(entry)
 
 
 def _state(path):
-    return begin(find_lab("lab1"), path.parent, None, None, "process", None).seed
+    return begin(Cohort(find_lab("lab1"), path.parent, None, None, "process", None)).seed
 
 
 def _certificate(path):

@@ -83,19 +83,9 @@ class Cohort:
         return replace(report, hints_from=job.hints_from)
 
 
-def begin(
-    lab: Lab,
-    out: Path,
-    seed: str | None,
-    secret: bytes | None,
-    isolate: str,
-    limit: float | None,
-    hints_from: str = "",
-    packages: tuple[str, ...] = (),
-) -> Cohort:
-    """Return the Cohort of a folder of results, with the seed of its earlier run where none is
-    given.
-    """
+def begin(cohort: Cohort) -> Cohort:
+    """Return the Cohort with the seed of its folder's earlier run where it has none."""
+    lab, out, seed = cohort.lab, cohort.out, cohort.seed
     (out / "students").mkdir(parents=True, exist_ok=True)
     state = out / STATE
     if state.exists():
@@ -111,7 +101,7 @@ def begin(
         seed = seed or known_seed
     seed = seed or os.urandom(8).hex()
     write_whole(state, json.dumps({"lab": lab.name, "seed": seed}) + "\n")
-    return Cohort(lab, out, seed, secret, isolate, limit, hints_from, packages)
+    return replace(cohort, seed=seed)
 
 
 def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:

@@ -97,13 +97,13 @@ class Course:
         return [labs[name] for name in wanted]
 
     def grade(self, how: tuple, jobs: int) -> None:
-        """Run all programs that have no result yet. how: as in `begin`."""
+        """Run all programs that have no result yet. how: of a `Cohort`, from its seed on."""
         self._table()  # what is wrong with it is better known now
         for lab, entries in self.entries.items():
             out = self.out
             if lab != self.lab:
                 out = self.out / lab.name
-            cohort = begin(lab, out, *how)
+            cohort = begin(Cohort(lab, out, *how))
             results = run_cohort(cohort, entries, jobs)
             reports = list(map(self.settings.weighted, results))
             attempts = list(zip(entries, reports))

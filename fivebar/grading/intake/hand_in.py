@@ -214,22 +214,18 @@ def named_for(lab: Lab, programs: Iterable[ProgramFile]) -> list[ProgramFile]:
     if not lab.file():
         return []
     name = PurePosixPath(lab.file()).stem.casefold()
-    stems = {program: _stem(program) for program in programs}
+    stems = {program: _stem(program).casefold() for program in programs}
     exact = [program for program, stem in stems.items() if stem == name]
     copies = [program for program, stem in stems.items() if _plain(stem) == name]
     alike = [program for program, stem in stems.items() if name in _plain(stem)]
     return exact or copies or alike
 
 
-def _own_stem(program):
+def _stem(program):
     """Return a file's name without its ending, and without what Moodle or Canvas puts before it."""
     name = PurePosixPath(str(program)).name
     found = MOODLE.fullmatch(name) or CANVAS.fullmatch(name)
     return PurePosixPath(found["file"] if found else name).stem
-
-
-def _stem(program):
-    return _own_stem(program).casefold()
 
 
 def _plain(stem):
@@ -312,7 +308,7 @@ def imported(source: str, siblings: Iterable[ProgramFile]) -> dict[str, str]:
     waiting = [source]
     known = {}
     for file in siblings:
-        stem = _own_stem(file)
+        stem = _stem(file)
         known[stem if stem.isidentifier() else _COPY.sub("", stem)] = file
     while waiting and len(found) < MOST_READ:
         words = set(re.findall(r"\w+", " ".join(_IMPORT.findall(waiting.pop()))))

@@ -165,7 +165,9 @@ def report_text(report: Report, width: int | None = None, colour: bool = False) 
     known: dict = {}
     for check in shown_checks(report):
         first, *rest = check_lines(check, width, known)
-        lines += [_coloured(first, check) if colour else first, *rest]
+        if colour:
+            first = f"\x1b[{COLOURS[word(check)]}m{first[:7]}\x1b[0m{first[7:]}"
+        lines += [first, *rest]
     for text in closing(report):
         lines += ["", *textwrap.wrap(printable(text), width)]
     if report.output.strip():
@@ -175,10 +177,6 @@ def report_text(report: Report, width: int | None = None, colour: bool = False) 
     if not report.no_program:
         lines += ["", f"total {total}"]
     return "\n".join(lines)
-
-
-def _coloured(line, check):
-    return f"\x1b[{COLOURS[word(check)]}m{line[:7]}\x1b[0m{line[7:]}"
 
 
 def total_words(report: Report) -> str:

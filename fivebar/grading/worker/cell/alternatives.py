@@ -57,6 +57,7 @@ dot cross outer
 column_stack vstack
 vstack column_stack
 """
+_MODULES = "np numpy math cmath linalg mt".split()
 _MEANT = {word: others for word, *others in map(str.split, _TABLE.strip().splitlines())}
 _LIMITS = "round max min maximum minimum clip".split()  # that may be too much
 _OF_MATRICES = ast.MatMult | ast.Assign | ast.Attribute  # what a matrix may stand in
@@ -124,11 +125,7 @@ def _is_called(node, parent):
         return _callee(parent) not in _MEANT
     if isinstance(parent, ast.Subscript) and node is parent.slice:
         return isinstance(node, ast.Tuple)
-    return isinstance(parent, ast.Attribute) and isinstance(node, ast.Name) and not _is_array(node)
-
-
-def _is_array(node):
-    return node.id not in "np numpy math cmath linalg mt".split()
+    return isinstance(parent, ast.Attribute) and getattr(node, "id", None) in _MODULES
 
 
 def alternatives(place: Place) -> Alternatives:
