@@ -194,3 +194,12 @@ def test_what_the_motors_cannot_hold_is_said_where_no_plan_is_found():
         needed = np.abs(fb.gravity_torques(fb.igm(heavy, point)))
         words = f"({name}: to hold it there against gravity takes {needed[0]:.4g}, {needed[1]:.4g}"
         assert f"{words} N m, and the limit is 1.36, 1.36 N m)" in str(error.value)
+
+
+@pytest.mark.deep
+def test_a_coarse_motion_whose_ends_diverge_spoils_no_others():
+    """A step of one of them has a matrix that is singular by rounding."""
+    heavy = fb.FiveBar(0.2, 0.26, 0.2, 0.26, 0.1, m=1.2, gravity=(0.0, -9.81))
+    ends = (0.172416, 0.321357), (-0.189128, 0.0474418)
+    with pytest.raises(PlanError, match="to hold it there against gravity takes 1.434, 0.7966 N m"):
+        plan(heavy, *ends, 1.60038, constraints=fb.Constraints(torque=1.3037981))
