@@ -13,7 +13,7 @@ from ..models.dynamics import gravity_torques, torques_of
 from ..models.geometry import Pose
 from ..models.kinematics import Rates
 from ..models.loads import at_rest
-from ..models.physics import loads_of, physics_of
+from ..models.physics import loads_of
 
 
 def too_heavy(pose: Pose, torque: np.ndarray) -> str:
@@ -51,8 +51,7 @@ class Load:
     def torques(self, pose: Pose) -> np.ndarray:
         """Return the motors' torques (*batch, 2), N m, at rest; nan at Type 2."""
         held = -np.einsum("...ji,j->...i", self.jacobian(pose), self.force)
-        physics = physics_of(pose.robot)
-        if physics is None or not any(physics.gravity):
+        if not loads_of(pose.robot).has_gravity:
             return held
         zeros = (np.zeros_like(pose.point[0]),) * 2
         with np.errstate(all="ignore"):

@@ -30,9 +30,6 @@ REGULARIZING = 1e-6  # weight of the objective where the violation of limits is 
 # Of the time: the weight of torques at their limits, where many take least time. Motions take up to
 # 0.2 % longer by it; a twentieth of it, plans need three times as long or are not found.
 CHOOSING = 2e-2
-WHIPPING = (
-    0.1  # of the jerk, in units of both: the weight of torques where nothing else limits them
-)
 
 
 @dataclass(frozen=True, eq=False)
