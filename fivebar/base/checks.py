@@ -173,6 +173,14 @@ def two_numbers(value: object, name: str) -> tuple[float, float]:
     return tuple(array.tolist())
 
 
+def returned_pair(value: object, what: str, efforts: str = "torques") -> np.ndarray:
+    """Return the two numbers (2,), finite or not, that a user's function returned; ValueError."""
+    try:
+        return np.array(value, dtype=float).reshape(2)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} must return two {efforts}, not {shown(value)}") from None
+
+
 def table_of(rule: Callable) -> Callable:
     """Rule: a dict of names, each value by another rule."""
 

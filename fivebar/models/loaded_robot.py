@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from ..base.backend import is_symbolic, numpy_on_symbols
-from ..base.checks import a_callable, shown
+from ..base.checks import a_callable, returned_pair
 from ..base.robot_uses import robot_for
 from .robots import Robot
 
 # Two states at which a function of symbols must say what it says of numbers: t, q, q', tau.
+NAME = "LoadedRobot: torques"
 SAMPLES = (
     (0.3, (0.4, -0.7), (1.1, -0.6), (0.2, -0.1)),
     (1.7, (-0.2, 0.9), (-0.8, 0.3), (-0.3, 0.4)),
@@ -91,7 +92,7 @@ class JointTorques:
         """Return the torques (2,), N m, of numbers."""
         if self.of_numbers is None:
             return self.function(t, q, q_dot, tau).full().ravel()
-        value = _two_numbers(self.of_numbers(t, q, q_dot, tau))
+        value = returned_pair(self.of_numbers(t, q, q_dot, tau), NAME)
         if not np.isfinite(value).all():
             raise ArithmeticError(f"LoadedRobot: torques are {value.tolist()} at t = {t:g} s")
         return value
@@ -141,7 +142,7 @@ def _traced(torques):
     except Exception:  # Whatever a function of numbers raises when it is given symbols.
         return None
     if value.numel() != 2:
-        raise ValueError(f"LoadedRobot: torques must return two torques, not {value.numel()}")
+        raise ValueError(f"{NAME} must return two torques, not {value.numel()}")
     options = {"allow_free": True}
     function = casadi.Function("torques", symbols, [casadi.reshape(value, 2, 1)], options)
     if free := function.get_free():
@@ -161,13 +162,4 @@ def _traced(torques):
 
 
 def _of_sample(torques, sample):
-    return _two_numbers(torques(sample[0], *map(np.array, sample[1:])))
-
-
-def _two_numbers(value):
-    try:
-        return np.array(value, dtype=float).reshape(2)
-    except (TypeError, ValueError):
-        raise ValueError(
-            f"LoadedRobot: torques must return two torques, not {shown(value)}"
-        ) from None
+    return returned_pair(torques(sample[0], *map(np.array, sample[1:])), NAME)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import cumulative_simpson
 
-from ..base.checks import a_callable, bounded, instance, optional, positive, shown
+from ..base.checks import a_callable, bounded, instance, optional, positive, returned_pair
 from ..base.errors import SingularityError, UnreachableError, warn
 from ..base.progress import progress
 from ..base.robot_uses import takes_robot
@@ -377,12 +377,7 @@ class _Loop:
         except (UnreachableError, SingularityError) as error:
             error.args = (f"controller at t = {t:g} s: {error}",)
             raise
-        try:
-            commanded = np.array(answer, dtype=float).reshape(2)
-        except (TypeError, ValueError):
-            raise ValueError(
-                f"the controller must return two {self.words.effort}s, not {shown(answer)}"
-            ) from None
+        commanded = returned_pair(answer, "the controller", f"{self.words.effort}s")
         if not np.isfinite(commanded).all():
             raise ArithmeticError(
                 f"the controller's {self.words.effort} is {commanded.tolist()}"
