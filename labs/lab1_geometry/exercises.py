@@ -13,14 +13,6 @@ UNITS = "Write the unit of each term beside it: all terms of a sum have the same
 LENGTH = "This robot has bars of several lengths. Which of them is it here?"
 
 
-def heights(square):
-    """Return the steps in which the squares of both triangles' heights are other ones."""
-    return {
-        "h": lambda s: np.sqrt(square(s.distal[1] ** 2 - s.a**2)),
-        "rise": lambda s: np.sqrt(square(s.proximal**2 - s.b**2)),
-    }
-
-
 def line_by_arctan(s):
     line = s.tip[:, None] - s.base
     return np.abs(line) * np.exp(1j * np.arctan(line.imag / line.real))
@@ -36,8 +28,11 @@ SLIPS = {
         "Which triangle has H in the middle?",
         {"a": lambda s: np.abs(s.line) / 2},
     ),
-    "root of an absolute value": (ROOT, heights(np.abs)),
-    "height 0 where the bars do not meet": (ROOT, heights(lambda square: np.maximum(square, 0))),
+    "root of an absolute value": (ROOT, {"root": lambda s: lambda x: np.sqrt(np.abs(x))}),
+    "height 0 where the bars do not meet": (
+        ROOT,
+        {"root": lambda s: lambda x: np.sqrt(np.maximum(x, 0))},
+    ),
     "base joint forgotten": (ORIGIN, {"base": lambda s: np.zeros(2)}),
     "direction of the end-effector instead of the elbow": (
         "Your angle points from the base joint to the end-effector. Which bar does the motor turn?",

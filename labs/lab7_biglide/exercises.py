@@ -63,24 +63,17 @@ EFFORTS = Exercise(
 
 ENERGY = "xi' = J q'. Write the kinetic energy with q'."
 ROOT = "Can the bars really meet there? Measure them in the pose that you return."
-
-
-def heights(square):
-    """Return the steps in which the squares of both triangles' heights are other ones."""
-    return {
-        "h": lambda s: np.sqrt(square(s.distal[1] ** 2 - s.a**2)),
-        "rise": lambda s: np.sqrt(square(s.distal**2 - s.b**2)),
-    }
-
-
 SLIPS = {
     "x and y exchanged": (
         "In which order does the task ask for x and y?",
         {"tip": lambda s: 1j * np.conj(STEPS["tip"](s))},
     ),
     "stops at H": ("How far is your point from either of the feet?", {"h": lambda s: 0 * s.a}),
-    "root of an absolute value": (ROOT, heights(np.abs)),
-    "height 0 where the bars do not meet": (ROOT, heights(lambda square: np.maximum(square, 0))),
+    "root of an absolute value": (ROOT, {"root": lambda s: lambda x: np.sqrt(np.abs(x))}),
+    "height 0 where the bars do not meet": (
+        ROOT,
+        {"root": lambda s: lambda x: np.sqrt(np.maximum(x, 0))},
+    ),
     "matrices in the wrong order": (
         "Solve A xi' = B q' for what you look for: which matrix is on the other side?",
         {"J": lambda s: s.B @ inverse(s.A), "J_inverse": lambda s: s.A @ inverse(s.B)},

@@ -193,8 +193,9 @@ def _one(cohort, entry, workers):
             why = answer["failed"]
             break
         report = Report.from_json(answer["report"])
-        text = json.dumps(report.as_json(figures=True), indent=1) + "\n"
-        write_whole(cohort.file(entry, ".json"), text)
+        write_whole(
+            cohort.file(entry, ".json"), json.dumps(report.as_json(figures=True), indent=1) + "\n"
+        )
         return replace(report, warnings=tuple(answer["warnings"]))
     return Report(
         cohort.lab.name, entry.path.name, (), entry.student, ungraded=f"NOT GRADED: {why}"

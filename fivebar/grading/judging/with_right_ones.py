@@ -226,8 +226,7 @@ def modelled(verdict: Verdict) -> bool:
 def remark(wrong: list[str]) -> str:
     """Return what is said of who gets points in spite of these functions of his own."""
     are = "are" if len(wrong) > 1 else "is"
-    names = " and ".join(wrong)
-    return f"judged with the right {names} in place of your own, which {are} wrong"
+    return f"judged with the right {' and '.join(wrong)} in place of your own, which {are} wrong"
 
 
 def some(rows: list) -> list[np.ndarray]:
