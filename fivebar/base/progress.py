@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from multiprocessing import parent_process
+from threading import RLock
 from typing import Any
 
 from tqdm import tqdm
@@ -17,6 +18,10 @@ class _Bar(tqdm):
         if self.nrows == -1:  # A terminal that does not know its size, on which tqdm shows nothing.
             self.dynamic_ncols = self.ncols = self.nrows = None
         return super().display(*arguments, **options)
+
+
+# tqdm's own lock is shared with workers: one that is killed while it holds it stops all bars.
+_Bar.set_lock(RLock())
 
 
 def progress(iterable: Iterable | None = None, **options: Any) -> tqdm:

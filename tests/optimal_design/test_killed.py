@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.base.progress import progress
 from fivebar.base.shards import read_chunk
 from fivebar.base.workers import WorkerPool, compute_chunks
 from tests.helpers import ROOT
@@ -152,6 +153,23 @@ def test_a_design_that_kills_its_worker_every_time_is_named(tmp_path):
 
 def fatal(robot):
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_killed_worker_keeps_no_lock_of_the_bars():
+    in_a_bar([])  # Workers that are forked now share what locks there are.
+    with WorkerPool(1, "fork") as pool, pytest.raises(BrokenProcessPool):
+        pool.submit(killed_at_the_bar).result(timeout=PATIENCE)
+    with WorkerPool(1, "fork") as pool:
+        assert pool.submit(in_a_bar, range(3)).result(timeout=PATIENCE) == [0, 1, 2]
+
+
+def in_a_bar(iterable):
+    return list(progress(iterable))
+
+
+def killed_at_the_bar():
+    with progress().get_lock():
+        os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_an_interrupt_waits_for_no_chunk_in_hand():
