@@ -305,7 +305,7 @@ def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
         ["sweep", "dexterous_area", "--grid", "l1=0.1:0.2:40", "--workers", "2", "--out", "i"],
         [*INTO["grading"], "--jobs", "2", "--out", "j"],
         ["export", "--format", "mjcf", "--out", "l"],
-        ["calibrate", "poses.csv", "--profile", "--out", "k"],
+        ["calibrate", "poses.csv", "--out", "k"],
     ]
     for k in range(ROUNDS):
         with python(

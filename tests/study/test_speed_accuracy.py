@@ -231,9 +231,8 @@ def test_an_error_of_ours_ends_the_run_and_leaves_nothing(tmp_path, monkeypatch)
     with Worker(TOY, 20.0, 0.0) as worker, pytest.raises(StopIteration):
         assert worker.measure("p", "singular", 1)["word"] == "refused: singular"
         assert [len(list(room.iterdir())) for room in tmp_path.iterdir()] == [1]
-        os.kill(
-            worker.pid, signal.SIGKILL
-        )  # as where memory is short: not what the next attempt did
+        # As where memory is short: not what the next attempt did.
+        os.kill(worker.pool.submit(os.getpid).result(), signal.SIGKILL)
         time.sleep(0.5)
         assert worker.measure("p", "cruder", 1)["error"] == 0.1
         worker.measure("p", "no such method", 1)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 import os
-import signal
 import tempfile
 import time
 import timeit
 from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -164,9 +162,9 @@ class Worker:
         inherited = dict(os.environ)
         os.environ.update(dict.fromkeys(THREADS, "1"))  # read when NumPy is loaded, there
         try:
-            self.pid = self.pool.submit(os.getpid).result()
+            self.pool.submit(os.getpid).result()
         except BrokenProcessPool:
-            self._close()
+            self._end()
             raise WorkersDied(
                 "chart: the process that makes the attempts ended at its start, before the first"
                 f" attempt of {self.module.rpartition('.')[2]}: was it killed, or is the machine"
@@ -178,14 +176,9 @@ class Worker:
 
     def _end(self):
         if self.pool is not None:
-            with suppress(ProcessLookupError):
-                os.kill(self.pid, signal.SIGTERM)  # also what hangs outside Python
-            self._close()
-
-    def _close(self):
-        self.pool.kill()
-        self.folder.cleanup()
-        self.pool = None
+            self.pool.kill()
+            self.folder.cleanup()
+            self.pool = None
 
 
 def _prepare(module, folder):
