@@ -3,6 +3,7 @@
 import io
 import math
 import os
+import warnings
 
 import numpy as np
 import pytest
@@ -287,6 +288,21 @@ def test_a_jerk_limit_on_a_line_comes_near_the_known_least_time():
 
 
 @pytest.mark.deep
+@pytest.mark.parametrize(
+    "limits", [dict(acceleration=a) for a in (0.45, 3.0, 50.0)] + [dict(torque=20.0)]
+)
+def test_forces_that_the_jerk_leaves_unused_cost_no_time(limits):
+    """An S-curve with a speed v takes L / v + 2 sqrt(v / j), whatever larger force is there."""
+    robot = fb.FiveBar(0.12, 0.16, 0.12, 0.16, 0.1, zz1=2e-4, zz2=2e-4, m=0.1)
+    line = fb.path([(-0.05, 0.2), (0.05, 0.2)])
+    constraints = fb.Constraints(speed=0.1, jerk=2.0, **limits)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # The bound leaves the jerk out.
+        motion = fb.time_path(robot, line, constraints=constraints, working=(1, -1))
+    assert motion.duration == pytest.approx(1 + 2 * np.sqrt(0.05), rel=2e-3)
+    assert motion.lower_bound <= 1 + 0.1 / limits.get("acceleration", 0.45) + 1e-9
+
+
 def test_a_jerk_limit_with_a_stop_on_the_way():
     corner = (0.04, 0.1)
     pieces = Line(HOME, corner), Line(corner, (0.04, 0.06))

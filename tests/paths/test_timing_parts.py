@@ -698,19 +698,19 @@ def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
     """Only the moving is slowed down: rests stay as long as the path asks for."""
     monkeypatch.setattr(jerk, "_paced", lambda motion: replace(motion, pace=pace))
     plain = replace(timed(), limits=Limits(jerk=10.0))
-    fastest = jerk.smoothed(plain, lambda feeds: plain)
+    fastest = jerk.smoothed(plain, lambda feeds: plain, np.inf)
     wanted = fastest.duration + 0.5
-    motion = jerk.smoothed(plain, lambda feeds: plain, wanted)
+    motion = jerk.in_time(fastest, wanted)
     assert motion.duration == pytest.approx(wanted) and motion.smooth == fastest.smooth
     assert motion.pace / pace == pytest.approx((wanted - 0.75) / (fastest.duration - 0.75))
     with pytest.raises(
         TimingError, match="is less than .* s, the least that was found with this"
     ) as e:
-        jerk.smoothed(plain, lambda feeds: plain, fastest.duration * 0.99)
+        jerk.in_time(fastest, fastest.duration * 0.99)
     assert not e.value.proved and e.value.s == 0.0
     crossing = replace(timed(), crossing=np.arange(7) == 3)
     with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
-        jerk.smoothed(crossing, lambda feeds: crossing)
+        jerk.smoothed(crossing, lambda feeds: crossing, np.inf)
 
 
 def curved():

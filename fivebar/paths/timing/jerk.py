@@ -3,7 +3,8 @@
 The mean of s over [t - w, t] has s''' = (s''(t) - s''(t - w)) / w, which is finite, and comes to
 rest w later. The w with which a straight path is fastest is sought. The mean passes small blends
 faster than the motion itself, so that is slowed down on each piece where too much is asked for,
-again and again. What is left is met by a slower pace of the whole. It is not promised that nothing
+again and again. What is left is met by a slower pace of the whole. Where forces allow more than can
+be reached under the jerk, `time_path` tries as much as can be, too. It is not promised that nothing
 is faster: where the jerk rules, it takes a fifth longer than the best, and with tiny blends it may
 take longer than with rests at the corners. The lower bound stays that without the limit. The
 limits are looked at beside all times at which a derivative jumps, at PLACES in between, and at
@@ -110,12 +111,9 @@ def enough(path: Path, jerk: float, speed: float | None) -> float:
 
 
 def smoothed(
-    motion: TimedPath,
-    with_feeds: Callable[[np.ndarray], TimedPath],
-    duration: float | None = None,
-    until: float = np.inf,
+    motion: TimedPath, with_feeds: Callable[[np.ndarray], TimedPath], until: float
 ) -> TimedPath:
-    """Return a motion along the path that keeps its limit on jerk, in `duration` s if it is given.
+    """Return a motion along the path that keeps its limit on jerk.
 
     motion: the fastest without that limit. with_feeds: returns that with other feeds. until: the
     thread's processor time, s, after which no slower motion is tried.
@@ -132,18 +130,22 @@ def smoothed(
     tried = [_paced(replace(motion, smooth=widths[0]))]
     for width in widths:
         tried += _slowed(replace(slow, smooth=width), feeds, with_feeds, until)
-    best = min(tried, key=lambda each: each.duration)
+    return min(tried, key=lambda each: each.duration)
+
+
+def in_time(motion: TimedPath, duration: float | None) -> TimedPath:
+    """Return the motion slowed down to a duration, s, if one is given."""
     if duration is None:
-        return best
-    if duration < best.duration:
+        return motion
+    if duration < motion.duration:
         raise TimingError(
-            f"time_path: duration = {duration:g} s is less than {best.duration:.6g} s, the least"
+            f"time_path: duration = {duration:g} s is less than {motion.duration:.6g} s, the least"
             " that was found with this jerk limit",
             0.0,
             False,
         )
     rests = sum(stop.seconds for stop in motion.path.stops)
-    return replace(best, pace=best.pace * (duration - rests) / (best.duration - rests))
+    return replace(motion, pace=motion.pace * (duration - rests) / (motion.duration - rests))
 
 
 def _slowed(motion, feeds, with_feeds, until):

@@ -22,7 +22,7 @@ from ...models.geometry import igm
 from ...models.physics import physics_of
 from ..curve import Path
 from .constraint_rows import Limits
-from .jerk import enough, refuse_kinks, smoothed
+from .jerk import enough, in_time, refuse_kinks, smoothed
 from .mesh import mesh_of
 from .refusals import where
 from .slower import slowed
@@ -140,19 +140,26 @@ def time_path(
             raise ValueError(f"time_path: {what} at {where(path, each.worst)}")
     mesh = mesh_of(robot, path, working)
     if asked.jerk is not None:
-        limits = asked
-        if not asked.forces:
-            limits = replace(asked, acceleration=enough(path, asked.jerk, asked.speed))
-        motion = _timed(asked, *refined(mesh, limits, gap, until))
-        motion = replace(motion, lower_bound=motion.lower_bound * asked.forces)
+        found = []
+        lower = 0.0
+        # Where the jerk rules, less of the forces is often faster, but not always.
+        less = min(asked.acceleration or math.inf, enough(path, asked.jerk, asked.speed))
+        for limits in dict.fromkeys([asked, replace(asked, acceleration=less)]):
+            if not limits.forces:
+                continue
 
-        def with_feeds(feeds):
-            slower = replace(mesh, path=replace(path, feed=tuple(feeds.tolist())))
-            slow = _timed(asked, *refined(slower, limits, max(gap, ROUGH), until))
-            return replace(slow, path=path, lower_bound=motion.lower_bound)
+            def with_feeds(feeds, limits=limits):
+                slower = replace(mesh, path=replace(path, feed=tuple(feeds.tolist())))
+                slow = _timed(asked, *refined(slower, limits, max(gap, ROUGH), until))
+                return replace(slow, path=path)
 
-        best = smoothed(motion, with_feeds, duration, until)
-        if duration is None and best.lower_bound and best.gap > JERKY:
+            motion = _timed(asked, *refined(mesh, limits, gap, until))
+            if limits is asked:
+                lower = motion.lower_bound
+            found.append(smoothed(motion, with_feeds, until))
+        best = min(found, key=lambda each: each.duration)
+        best = replace(in_time(best, duration), lower_bound=lower)
+        if duration is None and lower and best.gap > JERKY:
             warn(f"time_path: {slowness(best)}", RuntimeWarning)
         return best
     if duration is None:
