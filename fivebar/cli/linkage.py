@@ -117,7 +117,10 @@ def _press(arguments):
         "gravity": (0.0, 0.0) if arguments.no_gravity else GRAVITY,
         "load": {"E": (0.0, arguments.load)},
     }
-    linkage = replace(linkage, **used_options(arguments, *PRESS_LENGTHS))
+    own = used_options(arguments, *PRESS_LENGTHS)
+    if own:
+        source = f"as {arguments.name}, but for {', '.join(own)}"
+    linkage = replace(linkage, **own)
     return linkage, options, [f"source of the set: {source}"]
 
 

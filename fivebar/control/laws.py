@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..base.backend import HUGE, real_numbers
 from ..base.checks import flag, modes, not_negative, shown
+from ..base.errors import warn
 from ..base.robot_uses import robot_for, uses
 from ..models.dynamics import dynamic_model, gravity_torques
 from ..models.geometry import Pose, dgm, igm
@@ -247,6 +248,17 @@ class FeedForward(_JointController):
             tau = np.zeros(2)
         error = self.robot.joint_difference(q_ref - q)
         return tau + error * self.kp + (q_ref_dot - q_dot) * self.kd
+
+
+def warn_of_assembly(controller: Any, pose: Pose) -> None:
+    """Warn where a controller reads the joints in another assembly mode than motions begin in."""
+    mode = getattr(controller, "assembly", None)
+    if mode in (-1, 1) and getattr(controller, "gravity", True) and np.any(pose.assembly == -mode):
+        warn(
+            f"the motion begins in assembly mode {-mode:+d}, and the controller reads the joints in"
+            f" mode {mode:+d}: give it assembly={-mode}",
+            RuntimeWarning,
+        )
 
 
 def why_unstable(controller: Any, pose: Pose, period: float, delay: int) -> str:

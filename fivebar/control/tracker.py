@@ -159,6 +159,7 @@ class Tracker:
         self.horizon = horizon
         self.period = period
         self.delay = delay
+        self.assembly = assembly
         constraints = Constraints() if constraints is None else constraints
         self.motors = constraints.motors
         torque_limit = _same(constraints.torque, "torque")

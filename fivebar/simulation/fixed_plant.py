@@ -109,8 +109,8 @@ def refuse_sticking(robot: Robot) -> None:
     if loads_of(robot).sticks:
         names = " and ".join(name for name in ("fs1", "fs2") if name in robot.parameters)
         raise ValueError(
-            f"{names}: dry friction sticks and lets go between fixed steps; simulate(...) without"
-            " integrator= chooses its steps so that they end there"
+            f"{names}: dry friction sticks and lets go between fixed steps, as simulate_many has;"
+            " simulate(...) without integrator= chooses its steps so that they end there"
         )
 
 
@@ -211,8 +211,8 @@ def _jump(robot, row, tau, chart, step, k):
         return ArithmeticError(
             f"the motion at {where} is too fast for steps of {step:g} s (joint rates"
             f" {row[2]:.3g}, {row[3]:.3g} {words.unit}/s, {words.effort}s {tau[0]:.3g},"
-            f" {tau[1]:.3g} {words.effort_unit}); without a method the steps choose their own"
-            " length"
+            f" {tau[1]:.3g} {words.effort_unit}): simulate(...) without integrator= chooses its"
+            " steps, and says where gains are unstable"
         )
     margin = float(sines[nearest])
     return SingularityError(

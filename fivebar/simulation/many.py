@@ -12,7 +12,7 @@ import numpy as np
 from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
 from ..base.progress import progress
 from ..base.robot_uses import robot_for
-from ..control.laws import PD, ComputedTorque, motion_at
+from ..control.laws import PD, ComputedTorque, motion_at, warn_of_assembly
 from ..models.charts import CHARTS
 from ..models.geometry import igm
 from ..models.kinematics import Rates, ikm, some_rates
@@ -106,7 +106,8 @@ def simulate_many(
     ----------
     robot : Robot or sequence of Robot
         Of all runs, or one for each. Lengths and inertias are parameters of the function. Also a
-        LoadedRobot, or several with the same torques, which must be of CasADi's functions.
+        LoadedRobot, or several with the same torques, which must be of CasADi's functions. Robots
+        with dry friction go one by one through `simulate`.
     controller : PD or ComputedTorque, or a sequence of these
         Of all runs, or one for each; they may differ in their gains alone. A class of your own that
         derives from these may override law(q, q_dot, q_ref, q_ref_dot, q_ref_ddot) -> tau, which is
@@ -271,10 +272,13 @@ def _starts(loop, robots, starts, reference):
     start's rate.
     """
     if isinstance(starts, Rates):
+        each = [starts]
         columns = _columns(loop.chart, starts)
     else:
-        each = starts or _at_reference(robots, loop.law, reference)
+        each = starts or list(_at_reference(robots, loop.law, reference))
         columns = np.array([_columns(loop.chart, start) for start in each])
+    for start in each:
+        warn_of_assembly(loop.law, start.pose)
     bad = np.flatnonzero(~np.isfinite(columns).all(axis=1))
     if bad.size:
         more = " ..." if len(bad) > 5 else ""

@@ -14,7 +14,7 @@ from ..base.checks import a_callable, bounded, instance, optional, positive, ret
 from ..base.errors import SingularityError, UnreachableError, warn
 from ..base.progress import progress
 from ..base.robot_uses import takes_robot
-from ..control.laws import motion_at, why_unstable
+from ..control.laws import motion_at, warn_of_assembly, why_unstable
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
@@ -111,7 +111,8 @@ def simulate(
         are parallel.
     RuntimeWarning
         Where the gains of a controller of this package are unstable with the control period, or it
-        counts on another delay, and the robot crosses singularities.
+        counts on another delay, and the robot crosses singularities; where it reads the joints in
+        another assembly mode than the start's.
     SingularityError
         Where a chart of `Integrator` ends.
 
@@ -130,6 +131,7 @@ def simulate(
     robot, torques = robot_and_torques(robot)
     refuse_other_kind(robot, controller)
     start = start_with(robot, reference, controller) if start is None else start
+    warn_of_assembly(controller, start.pose)
 
     def unstable() -> str:
         period = grid.block * grid.step

@@ -358,6 +358,8 @@ def test_cli_verdict_alone(monkeypatch, capsys):
     )
     assert run_cli(["six-bar-press", "printed"], monkeypatch) == 0
     assert "locks at 336.825007 deg after 1.471542 s" in capsys.readouterr().out
+    assert run_cli(["six-bar-press", "--l2", "0.3"], monkeypatch) == 0
+    assert "source of the set: as repaired, but for l2\n" in capsys.readouterr().out
     assert run_cli(["slider-crank", "0.05", "0.15", "--held", "rod", "--json"], monkeypatch) == 0
     assert "oscillating cylinder" in json.loads(capsys.readouterr().out)["verdict"][0]
 

@@ -93,7 +93,8 @@ def test_a_refusal_has_the_figures_of_its_step():
         refuse_losses(fb.FiveBar(), seen, tau, CHARTS["joint"], STEP)
     assert str(told.value) == (
         "the motion at t = 0.001 s, xi = (0.01, 0.02) m is too fast for steps of 0.001 s (joint rates 3, -4 rad/s, "
-        "torques 5, 6 N m); without a method the steps choose their own length"
+        "torques 5, 6 N m): simulate(...) without integrator= chooses its steps, and says where gains are"
+        " unstable"
     )
     seen[1, MARGINS] = -0.5, 0.25, 0.3
     for chart, sine, value in (("joint", "det A", 0.3), ("task", "sin q22", 0.25)):

@@ -29,6 +29,20 @@ def kinetic(run):
     )
 
 
+def test_a_controller_that_reads_another_assembly_mode_is_warned_of():
+    """The working modes (-1, 1) reach task 1 in assembly mode +1; a PD without gravity reads none."""
+    gains = dict(kp=100, kd=20, working=(-1, 1))
+    with pytest.warns(
+        RuntimeWarning, match=r"in assembly mode \+1, .* mode -1: give it assembly=1"
+    ):
+        wrong = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, **gains), TASK_1)
+    with pytest.warns(RuntimeWarning, match="give it assembly=1"):
+        fb.simulate_many(ROBOT, [fb.ComputedTorque(ROBOT, **gains)], TASK_1)
+    right = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, assembly=1, **gains), TASK_1)
+    assert 20 * abs(right.error).max() < abs(wrong.error).max()
+    fb.simulate(ROBOT, fb.PD(ROBOT, 1.0, 0.1, working=(-1, 1)), TASK_1)
+
+
 def test_sampled_computed_torque_of_the_reference():
     import json
 
@@ -251,7 +265,9 @@ def test_delay_and_encoder_together(delay):
 @pytest.mark.parametrize("working", [(-1, -1), (-1, 1), (1, -1), (1, 1)])
 def test_joint_errors_are_in_the_working_modes_of_the_start(working):
     reference = fb.line((0.0, 0.1), (0.02, 0.12), 1.0)
-    run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20, working=working), reference)
+    assembly = int(fb.igm(ROBOT, (0.0, 0.1), working).assembly)
+    controller = fb.ComputedTorque(ROBOT, 100, 20, working, assembly)
+    run = fb.simulate(ROBOT, controller, reference)
     q_ref = fb.igm(ROBOT, run.xi_ref, working).q
     assert np.abs(run.q_error).max() < 1e-2
     assert (
