@@ -142,23 +142,23 @@ def time_path(
     if asked.jerk is not None:
         found = []
         lower = 0.0
-        # Where the jerk rules, less of the forces is often faster, but not always.
-        less = min(asked.acceleration or math.inf, enough(path, asked.jerk, asked.speed))
-        for limits in dict.fromkeys([asked, replace(asked, acceleration=less)]):
+        # Where the jerk rules, slower motions are often faster as means, but not always.
+        for limits, feed in dict.fromkeys([(asked, path.feed), enough(path, asked, asked.jerk)]):
             if not limits.forces:
                 continue
+            own = replace(path, feed=feed)
 
-            def with_feeds(feeds, limits=limits):
+            def with_feeds(feeds, limits=limits, own=own):
                 slower = replace(mesh, path=replace(path, feed=tuple(feeds.tolist())))
                 slow = _timed(asked, *refined(slower, limits, max(gap, ROUGH), until))
-                return replace(slow, path=path)
+                return replace(slow, path=own)
 
-            motion = _timed(asked, *refined(mesh, limits, gap, until))
+            motion = _timed(asked, *refined(replace(mesh, path=own), limits, gap, until))
             if limits is asked:
                 lower = motion.lower_bound
             found.append(smoothed(motion, with_feeds, until))
         best = min(found, key=lambda each: each.duration)
-        best = replace(in_time(best, duration), lower_bound=lower)
+        best = replace(in_time(best, duration), path=path, lower_bound=lower)
         if duration is None and lower and best.gap > JERKY:
             warn(f"time_path: {slowness(best)}", RuntimeWarning)
         return best
