@@ -178,6 +178,12 @@ class ChunkedTable:
         """
         manifest = {"what": f"fivebar {cls.kind}", **about}
         done = {"chunks": math.ceil(count / about["chunk"]), "designs": count}
+        numbers = count * (len(about["variables"]) + len(about["figures"]))
+        if out is None and numbers > MOST_NUMBERS:
+            raise ValueError(
+                f"{count} {cls.cases} are {numbers:.3g} numbers, more than {MOST_NUMBERS:g} in"
+                " memory; give out=..., a folder for them"
+            )
         numbered = enumerate(chunks)
         with progress(total=done["chunks"], unit=" chunks") as bar:
 
@@ -187,27 +193,14 @@ class ChunkedTable:
                     bar.update()
 
             if out is None:
-                return cls(manifest | {"done": done}, _in_memory(computed(numbered), cls.cases))
+                parts = dict(computed(numbered))
+                return cls(manifest | {"done": done}, tuple(parts[k] for k in sorted(parts)))
             folder = Path(out)
             with locked_folder(folder, cls.kind):
                 begin(folder, manifest, cls.kind)
                 _on_disk(folder, computed, numbered, bar, cls.kind)
                 write_manifest(folder, manifest | {"done": done})
             return cls.load(folder)
-
-
-def _in_memory(computed, cases):
-    parts = {}
-    numbers = 0
-    for number, part in computed:
-        parts[number] = part
-        numbers += part.rows.size + part.values.size
-        if numbers > MOST_NUMBERS:
-            raise ValueError(
-                f"{cases}: more than {MOST_NUMBERS:g} numbers in memory; give out=, a folder for"
-                " them"
-            )
-    return tuple(parts[number] for number in sorted(parts))
 
 
 def _on_disk(folder, computed, chunks, bar, kind):
