@@ -88,7 +88,7 @@ def _sweep(arguments):
         ) from None
     _show(arguments, swept, best)
     if not len(best):
-        print_message(f"no design has a {figure}")
+        print_message(swept.why_none(figure))
 
 
 def _designs(arguments):

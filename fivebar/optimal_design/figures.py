@@ -93,12 +93,11 @@ def figures_of(
                 " function of your own"
             )
         for need in figure.needs:
-            if need == "table" and not (task.table or task.disc):
+            or_disc = " or disc=radius" if need == "table" else ""
+            if not (getattr(task, need) or or_disc and task.disc):
                 raise ValueError(
-                    f"{argument}: {figure.name} needs table=... or disc=radius: {figure.words}"
+                    f"{argument}: {figure.name} needs {need}=...{or_disc}: {figure.words}"
                 )
-            if need != "table" and not getattr(task, need):
-                raise ValueError(f"{argument}: {figure.name} needs {need}=...: {figure.words}")
     return tuple(figures)
 
 

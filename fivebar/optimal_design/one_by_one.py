@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from ..base.errors import SingularityError, UnreachableError
+from ..base.errors import SingularityError
 from ..constraints.constraints import Constraints
 from ..constraints.disc import largest_disc
 from ..constraints.rectangle import largest_rectangle
@@ -117,25 +117,20 @@ def _circle(robot):
 
 
 def _moved(robot, task, place):
-    """Return accelerations at the samples of the motion; None where the modes cannot do it."""
+    """Return accelerations at the samples of the motion."""
     _, xi, xi_dot, xi_ddot = task.motion
-    try:
-        pose = igm(robot, xi + place, task.working)
-        if not (pose.det_A.min() * pose.det_A.max() > 0):
-            return None  # through Type 2
-        return ikm2(ikm(pose, xi_dot), xi_ddot)
-    except (UnreachableError, SingularityError):
-        return None
+    pose = igm(robot, xi + place, task.working)
+    if not (pose.det_A.min() * pose.det_A.max() > 0):
+        raise SingularityError("the motion goes through Type 2", 0.0)
+    return ikm2(ikm(pose, xi_dot), xi_ddot)
 
 
 def _worst_torque(robot, task, place):
-    moved = _moved(robot, task, place)
-    return np.inf if moved is None else np.abs(inverse_dynamics(moved)).max()
+    return np.abs(inverse_dynamics(_moved(robot, task, place))).max()
 
 
 def _worst_speed(robot, task, place):
-    moved = _moved(robot, task, place)
-    return np.inf if moved is None else np.abs(moved.rates.q_dot).max()
+    return np.abs(_moved(robot, task, place).rates.q_dot).max()
 
 
 def _time(robot, task, place):
@@ -143,8 +138,6 @@ def _time(robot, task, place):
     its limit, |tau| = torque or |tau + s q' stall / speed| = stall.
     """
     moved = _moved(robot, task, place)
-    if moved is None:
-        return np.inf
     _, xi, xi_dot, xi_ddot = task.motion
     s = 0.5, 1.0, 2.0
     at = [
@@ -164,16 +157,14 @@ def _time(robot, task, place):
 
 
 def _path_time(robot, task, place):
-    """Return the upper bound, within a thousandth of the lower one; inf where the path cannot be
-    followed.
+    """Return the upper bound, within a thousandth of the lower one; inf where the motors cannot
+    follow the path.
     """
     moved = Placement(tuple(place.tolist()))(task.path)
     try:
         return time_path(
             robot, moved, constraints=Constraints(motors=task.motor), working=task.working
         ).duration
-    except (UnreachableError, SingularityError):
-        return np.inf
     except TimingError as error:
         if error.proved:
             return np.inf

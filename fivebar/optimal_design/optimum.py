@@ -194,13 +194,11 @@ class DesignProblem:
         for figure, low, high in self.limits:
             value = values[figure.name]
             size = max(abs(end) for end in (low, high) if np.isfinite(end)) or 1.0
-            violation += np.maximum(np.maximum(low - value, value - high), 0) / size
+            violation += np.fmax(np.maximum(low - value, value - high), 0) / size
         if self.on_table:  # The distance out of reach leads the search to the table.
-            violation += np.maximum(-values["reach"], 0) / self.task_size
-            violation += np.where(values["det_A"] > 0, 0.0, 1.0)
-        lost = ~np.isfinite(goals).all(axis=1) | np.isnan(violation)
-        worst = 10.0 + np.where(np.isfinite(violation), violation, 10.0)
-        return np.where(np.isfinite(goals), goals, 0.0), np.where(lost, worst, violation)
+            violation += np.fmax(-values["reach"], 0) / self.task_size
+        lost = (~np.isfinite(list(values.values()))).sum(axis=0)  # figures
+        return np.where(np.isfinite(goals), goals, 0.0), violation + 10.0 * lost
 
     def design_of(self, x: np.ndarray) -> Design:
         """Return the Design of one row."""
@@ -234,8 +232,8 @@ class DesignProblem:
         around = self.values(np.concatenate([row[None], row + steps, row - steps]))
         inside = np.ones(1 + 2 * len(steps), dtype=bool)
         if self.on_table:
+            inside = around["det_A"] > 0
             reached = around["reach"] >= 0
-            inside = reached & (around["det_A"] > 0)
             if values["reach"] <= AT_LIMIT * self.task_size or not reached.all():
                 yield f"reach = {values['reach']:.6g} is near its limit, at least 0"
         for figure, low, high in self.limits:
@@ -325,7 +323,7 @@ def _check_limits(problem, x):
     violated = []
     for figure, low, high in problem.limits:
         value = values[figure.name]
-        if not low <= value <= high:
+        if value < low or value > high:
             violated.append(f"{figure.name} = {value:.6g}, not from {low:g} to {high:g}")
     if problem.on_table and values["reach"] < 0:
         violated.append(f"the table is out of reach by {-values['reach']:.6g} m")

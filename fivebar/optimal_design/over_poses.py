@@ -1,10 +1,9 @@
 """Figures of merit over a table or a disc, in closed form in each pose, for many robots at once.
 
-What is worst over the nodes; where a robot does not reach all of them, or meets a singularity
-between two, the figure is what no robot can be worse than (0, or inf). All follow from the legs'
-sines s_i and the distal bars' sine det A and
-cosine g: with b_i = l_i1 s_i, J = A^-1 B has columns of lengths |b_i / det A| and an angle whose
-    cosine is -+ g.
+What is worst over the nodes; nan where a robot does not reach all of them, or meets a singularity
+between two: 0 is a figure of a robot that does the task. All follow from the legs' sines s_i and
+the distal bars' sine det A and cosine g: with b_i = l_i1 s_i, J = A^-1 B has columns of lengths
+|b_i / det A| and an angle whose cosine is -+ g.
 """
 
 from __future__ import annotations
@@ -57,15 +56,14 @@ class TaskPoses:
             high = self.det_A.max(axis=1)  # nan where one is not reached
             return low * high > 0
 
-    def least(self, values):
-        """Return (n,) the least over the nodes, 0 where not all are reached."""
-        with np.errstate(invalid="ignore"):
-            return np.where(self.reaches, values.min(axis=1), 0.0)
+    def where_done(self, figure):
+        """Return a figure (n,), nan of the robots that do not do the task."""
+        return np.where(self.reaches, figure, np.nan)
 
-    def most(self, values):
-        """Return (n,) the largest over the nodes, inf where not all are reached."""
+    def least(self, values):
+        """Return (n,) the least over the nodes."""
         with np.errstate(invalid="ignore"):
-            return np.where(self.reaches, values.max(axis=1), np.inf)
+            return self.where_done(values.min(axis=1))
 
     @cached_property
     def stretch(self):
@@ -85,8 +83,7 @@ class TaskPoses:
             )  # 0 where both are 0
 
     def mean(self, values, weights):
-        with np.errstate(invalid="ignore"):
-            return np.where(self.reaches, (values * weights).sum(axis=1), 0.0)
+        return self.where_done((values * weights).sum(axis=1))
 
 
 def _reach(poses):
@@ -138,7 +135,7 @@ def _tip_error(poses):
             r2 = other * own[1] + turn * base[1]
             worst = np.maximum(worst, r1 * r1 + r2 * r2 - 2 * poses.g * r1 * r2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return poses.most(np.sqrt(worst) / np.abs(poses.det_A))
+        return poses.where_done((np.sqrt(worst) / np.abs(poses.det_A)).max(axis=1))
 
 
 def _box(poses):
@@ -160,7 +157,7 @@ def _widest(parts, count):
 
 def _footprint(poses):
     width, height = _box(poses)
-    return np.where(poses.reaches, width * height, np.inf)
+    return poses.where_done(width * height)
 
 
 def _one(robots, task):

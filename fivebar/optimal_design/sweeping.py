@@ -43,7 +43,8 @@ def sweep(
 ) -> Sweep:
     """Return figures of merit of many designs.
 
-    A design that is no robot, or of which a figure raises, gets nan and a message in `.errors`.
+    A design that is no robot, or of which a figure raises, gets nan and a message in `.errors`. A
+    figure over a table is nan where a design does not reach all of it, or meets Type 2 in it.
 
     Parameters
     ----------

@@ -58,6 +58,8 @@ class Sweep(ChunkedTable, Plotted):
     ) -> np.ndarray:
         """Return the numbers of the best designs by a figure, the best first.
 
+        Designs whose figure is nan or infinite are left out.
+
         Parameters
         ----------
         figure : str
@@ -70,11 +72,22 @@ class Sweep(ChunkedTable, Plotted):
         if figure not in self.figures:
             known = ", ".join(self.figures)
             raise ValueError(f"figure: {shown(figure)} was not swept; {known} were")
-        count = whole(1, 10**7)(count, "count")
+        count = whole(1, 10**7)(count, "best: its count")
         if sense is None:
             sense = SENSE[self.known[figure].better] if figure in self.known else "max"
         values = self[figure]
-        valid = np.flatnonzero(~np.isnan(values))
+        valid = np.flatnonzero(np.isfinite(values))
         if one_of("min", "max")(sense, "sense") == "max":
             values = -values
         return valid[np.argsort(values[valid], kind="stable")[:count]]
+
+    def why_none(self, *figures: str) -> str:
+        """Return in words that no design has one of these figures, and where their task lies."""
+        words = f"{' or '.join(figures)} is finite in none of {self.count} designs"
+        for name, value in self.manifest["choices"].items():
+            if name in ("table", "disc"):
+                words += (
+                    f"; {name} = {value} m is out of reach, or a singularity is in it: task_x and"
+                    " task_y, 0 where no design names them, move it"
+                )
+        return words

@@ -66,7 +66,7 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
         ["sweep", "det_A", "worst_tip_error", "--designs", csv, *TABLE, "--tolerance", "q=0.001"],
         capsys,
     )
-    assert [line.split()[0] for line in notes.out.splitlines()] == ["design", "0", "1"]
+    assert [line.split()[0] for line in notes.out.splitlines()] == ["design", "0"]
     assert notes.err == "design 2: l1 must be finite, not nan\n"
     path = tmp_path / "path.csv"
     path.write_text(
@@ -152,6 +152,20 @@ def test_the_best_by_any_of_the_figures_over_places_with_a_unit(capsys):
     assert [row["task_y"] for row in best[:3]] == pytest.approx([0.1, 0.11, 0.12])
     areas = [row["workspace_area"] for row in best]
     assert areas == sorted(areas, reverse=True)
+
+
+def test_a_task_that_no_design_does(tmp_path, capsys):
+    """Between the motors, where a table without a place lies: a singularity is in it."""
+    table = ["--table", 0.1, 0.1, "--poses", 5, 5]
+    words = ["sweep", "det_A", "reach", *GRID, *table, "--plot", tmp_path / "a.png"]
+    notes = ran(words, capsys)
+    assert notes.out.split() == ["design", "l1", "l2", "det_A", "reach"]
+    why = "det_A is finite in none of 9 designs; table = [-0.05, 0.05, -0.05, 0.05] m"
+    assert f"\n{why} is out of reach, or a singularity is in it: task_x and task_y" in notes.err
+    best = json.loads(ran(["sweep", "reach", "det_A", *GRID, *table, "--json"], capsys).out)["best"]
+    assert len(best) == 9 and best[0]["reach"] > 0 and best[0]["det_A"] is None
+    nothing = ran(["sweep", "det_A", *GRID, *table, "--plot", tmp_path / "b.png"], capsys, 1).err
+    assert nothing.startswith(f"fivebar: there is nothing to draw: {why}")
 
 
 @pytest.mark.deep

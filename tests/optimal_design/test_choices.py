@@ -59,7 +59,7 @@ def test_a_table_out_of_reach_counts_by_how_far_it_is():
     for leg in (0.06, 0.08, 0.1):
         _, violation = problem(np.array([[leg / 2, leg / 2, 0.1]]))
         farthest = np.hypot(0.1 + 0.05, 0.05)  # a corner from the other base joint
-        assert violation[0] == pytest.approx(1 + (farthest - leg) / 0.2, rel=1e-12)
+        assert violation[0] == pytest.approx(10 + (farthest - leg) / 0.2, rel=1e-12)
 
 
 def test_a_search_that_does_not_settle_ends_by_its_effort():

@@ -126,7 +126,20 @@ def test_labels_of_narrow_maps_do_not_overlap():
 
 
 def swept(names, **axes):
-    return fb.sweep(names, grid(axes), table=(-0.01, 0.01, 0.1, 0.12), poses=(3, 3), workers=1)
+    task = dict(table=(-0.01, 0.01, 0.1, 0.12), poses=(3, 3), motor=(1.0, 5.0))
+    return fb.sweep(names, grid(axes), workers=1, **task)
+
+
+def test_a_figure_that_no_design_has_is_drawn_without_a_value():
+    result = swept(["tip_speed", "reach", "bars"], task_y=(1.0, 2.0, 3), task_x=(0.0, 1.0, 3))
+    assert not len(result.best("tip_speed")) and (result["reach"] < 0).all()
+    figure = result.plot()
+    speed, _, bars, *of_colours = figure.axes
+    assert not speed.lines and len(bars.lines) == 1
+    labels = [axes.get_ylabel() for axes in of_colours]
+    assert labels == ["tip speed (m/s)", "reach (m)", "bars (mm)"]
+    low, high = of_colours[2].get_ylim()  # of one value
+    assert 300 < low < 360 < high < 420
 
 
 def test_contours_end_where_a_corner_has_no_value():

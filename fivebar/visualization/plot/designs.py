@@ -73,7 +73,7 @@ def quantity(name: str, column: np.ndarray, unit: str) -> Quantity:
     if unit in UNITS:
         factor, unit = UNITS[unit]
     elif unit in ("m", "N", "N m", "m/s"):
-        factor, unit = readable(largest_of(column), unit, 0.0)
+        factor, unit = readable(largest_of(column) or 1.0, unit, 0.0)
     else:
         factor = 1.0
     return Quantity(words, unit, factor)
@@ -93,17 +93,13 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
     columns = {name: sweep[name] for name in sweep.names}
     values = {name: sweep[name] for name in names}
     if not np.isfinite(list(values.values())).any():
-        raise ValueError(
-            f"there is nothing to draw: {' or '.join(names)} is finite in none of {sweep.count}"
-            " designs"
-        )
+        raise ValueError(f"there is nothing to draw: {sweep.why_none(*names)}")
     quantities = {}
     for name, column in values.items():
         unit = sweep.known[name].unit if name in sweep.known else ""
         quantities[name] = quantity(name, column, unit)
-    filled = {name: _with_value(sweep.known.get(name), values[name]) for name in names}
     if set(columns) == {"r1", "r2", "r3"} and np.ptp(sum(columns.values())) < 1e-9:
-        return _atlas(sheet, columns, filled, quantities)
+        return _atlas(sheet, columns, values, quantities)
     varied = [name for name, column in columns.items() if np.ptp(column) > 0] or list(columns)
     over = [quantity(name, columns[name], parameter_unit(name, sweep.robot)) for name in varied]
     factors = np.array([each.factor for each in over])
@@ -112,22 +108,13 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
     side_by_side = 3 if sheet.width is None else 2
     cells = _cells(table, MOST_PANELS if len(names) == 1 else side_by_side)
     merits = []
-    for name, column in (filled if cells else values).items():
+    for name, column in values.items():
         of = quantities[name]
         best = [(f"best: {of.value(column[k])}", "o", table[k]) for k in sweep.best(name)[:1]]
         merits.append((of, of.factor * column, best + chosen))
     if cells:
         return _contours(sheet, table, over, merits, cells)
     return _curves(sheet, table, over, merits)
-
-
-def _with_value(figure, column):
-    """Return a column with nan where no contour may go: figures over poses are 0 or inf where the
-    task is not reached, or crosses Type 2, and next to there jump.
-    """
-    of_poses = figure is not None and figure.kind == "poses"
-    jumps = (column == 0) if of_poses and column.any() else False
-    return np.where(np.isfinite(column) & ~np.asarray(jumps), column, np.nan)
 
 
 def _values_of(sweep, mark, names):
@@ -180,7 +167,7 @@ def _contours(sheet, table, over, merits, cells):
             draw(axes, "mark.chosen", *row[:2, None], marker=marker, clip_on=False, label=words)
         here[0].figure.colorbar(filled, ax=list(here), label=str(of))
     ground = []
-    if any(np.isnan(column).any() for _, column, _ in merits):
+    if not np.isfinite([column for _, column, _ in merits]).all():
         ground = [
             Patch(fc=NO_VALUE, ec="0.7", label="no value: out of reach, across Type 2 or failed")
         ]
@@ -190,7 +177,8 @@ def _contours(sheet, table, over, merits, cells):
 def _levels(column):
     known = column[np.isfinite(column)]
     ends = (known.min(), known.max()) if len(known) else (0, 1)
-    return MaxNLocator(LEVELS).tick_values(*ends)
+    locator = MaxNLocator(LEVELS)
+    return locator.tick_values(*locator.nonsingular(*ends))
 
 
 def _filled(axes, x, y, values, levels):
@@ -220,7 +208,8 @@ def _filled(axes, x, y, values, levels):
         # In squares, so that the triangles are those of neighbours.
         corners = Triangulation(x / np.ptp(x), y / np.ptp(y)).triangles
         whole = np.isfinite(values[corners]).all(axis=1)
-        field, cut = (Triangulation(x, y, corners, ~whole), np.nan_to_num(values)), {}
+        field = Triangulation(x, y, corners, ~whole), np.nan_to_num(values, posinf=0, neginf=0)
+        cut = {}
         fill, lines = axes.tricontourf, axes.tricontour
     else:
         return filled
