@@ -246,6 +246,23 @@ def test_a_large_five_bar_warns_once(monkeypatch):
 
 
 @pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: fb.sweep("bars", {"l1": [0.09, 90.0], "d": [0.1, 118.0]}),
+        lambda: fb.sweep("bars", fb.optimal_design.grid({"l1": (50, 90, 3)})),
+        lambda: fb.design("bars", {"l1": (50, 90), "l2": 90}, effort=0.01),
+    ],
+)
+def test_designs_in_millimetres_warn_as_a_robot_does(ask, monkeypatch):
+    monkeypatch.setattr(values, "_asked", [])
+    with pytest.warns(UserWarning, match="l1: [59]0 m: did you mean [59]0 mm") as said:
+        ask()
+    assert len(said) == 1 and said[0].filename == __file__
+    monkeypatch.setattr(values, "_asked", [])
+    fb.sweep("bars", {"r1": [9.0], "r2": [9.0], "r3": [5.0]})  # of no unit
+
+
+@pytest.mark.parametrize(
     "words, message",
     [
         (["draw", "--example", "--at", "80", "60"], "--at: 80 m: did you mean 80 mm"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -66,11 +67,7 @@ def check_values(robot):
     if not any(map(is_symbolic, lengths.values())):
         not_too_different(lengths)
         not_too_narrow(robot.d, max(lengths.values()))
-        for name, length in lengths.items():
-            question = unusual(length, METRES, is_bar=True)
-            if question and not _asked:
-                warn(f"{name}: {question} Lengths are in m")
-                _asked.append(name)
+        ask_about_units(lengths)
     for rub, own in zip(("fv1", "fv2", "fs1", "fs2"), robot.words.inertias * 2):
         value = getattr(robot, rub)
         inertia_of = getattr(robot, own)
@@ -79,6 +76,15 @@ def check_values(robot):
                 f"{rub} = {value} is the friction of a drive, but {own} = 0: there is nothing that"
                 " it slows"
             )
+
+
+def ask_about_units(lengths: Mapping[str, float]) -> None:
+    """Warn of the first length of a bar {name: m} that is more likely in another unit."""
+    for name, length in lengths.items():
+        question = name[0] == "l" and unusual(length, METRES, is_bar=True)
+        if question and not _asked:
+            warn(f"{name}: {question} Lengths are in m")
+            _asked.append(name)
 
 
 def _gravity(value):

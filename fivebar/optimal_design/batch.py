@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.checks import number, shown
 from ..models.robots import Biglide, FiveBar
+from ..models.values import ask_about_units
 
 # What a design of a five-bar may name beside its parameters: {parameter: factor}.
 SHARED = {
@@ -65,8 +66,12 @@ def check_known(names: Iterable[str], argument: str, *robots: FiveBar | Biglide)
             )
 
 
-def check_variables(names: tuple[str, ...], robot: FiveBar | Biglide, argument: str) -> None:
-    """Raise ValueError for an unknown name, and for two names that set one parameter."""
+def check_variables(
+    names: tuple[str, ...], robot: FiveBar | Biglide, argument: str, *rows: np.ndarray
+) -> None:
+    """Raise ValueError for an unknown name, and for two names that set one parameter; warn of bars
+    in these designs that seem to be in millimetres.
+    """
     known = known_variables(robot)
     if not names:
         raise ValueError(f"{argument} must name at least one of {', '.join(known)}")
@@ -77,6 +82,8 @@ def check_variables(names: tuple[str, ...], robot: FiveBar | Biglide, argument: 
             if parameter in set_by:
                 raise ValueError(f"{argument}: {name} and {set_by[parameter]} both set {parameter}")
             set_by[parameter] = name
+    for row in rows:
+        ask_about_units(dict(zip(names, row)))
 
 
 def parameters(

@@ -54,6 +54,11 @@ class Designs:
     def __len__(self) -> int:
         return self.count
 
+    @property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """The first and the last design, (len(names),)."""
+        return self._rows(0, 1)[0], self._rows(self.count - 1, self.count)[0]
+
     def chunks(self, size: int) -> Iterator[np.ndarray]:
         """Yield rows (size, len(names)), fewer at the end."""
         for start in range(0, self.count, size):

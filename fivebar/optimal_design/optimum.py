@@ -133,8 +133,8 @@ class DesignProblem:
         self.executor = executor
         intervals = limits_of(bounds)
         self.names = tuple(intervals)
-        check_variables(self.names, robot, "bounds")
         self.low, self.high = np.array(list(intervals.values())).T.copy()
+        check_variables(self.names, robot, "bounds", self.low, self.high)
         self.goals, self.senses = goals_of(goals, task, robot)
         self.signs = np.array([1.0 if sense == "min" else -1.0 for sense in self.senses])
         self.limits = limits_by_figure(limits, task, robot)

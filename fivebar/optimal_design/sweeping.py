@@ -95,7 +95,7 @@ def sweep(
     task = task_of(choices)
     figures = figures_of(figure, task, robot)
     designs = designs_of(designs, robot)
-    check_variables(designs.names, robot, "designs")
+    check_variables(designs.names, robot, "designs", *designs.ends)
     closed = all(one.kind in ("closed", "poses") for one in figures)
     chunk = chunk or (1000 if closed else 10)
     # A few chunks take less time than starting processes.
