@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from ..base.errors import UsageError
 from ..base.representation import aligned
 from .options import (
@@ -12,9 +14,10 @@ from .options import (
     print_message,
     used_options,
     write_files,
+    write_options,
 )
 from .robot_options import add_robot_options, chosen_machine
-from .task_options import TASK, chosen_task, figure_list, figure_of
+from .task_options import TASK, chosen_bounds, chosen_task, figure_list, figure_of
 
 OPTIONS = JSON | {
     "[GOAL ...]": "up to three figures: a name or FILE.py:FUNCTION, with =min or =max",
@@ -50,7 +53,7 @@ def _design(arguments):
     for text in arguments.goal:
         name, _, sense = text.partition("=")
         goals[figure_of(name)] = sense or None
-    bounds = named_values(arguments.bound, "--bound", "LOW:HIGH")
+    bounds = chosen_bounds(arguments, "design")
     limits = named_values(arguments.limit, "--limit", "LOW:HIGH")
     limits = {figure_of(name): value for name, value in limits.items()}
     step = None if arguments.step_mm is None else arguments.step_mm / 1000
@@ -75,14 +78,8 @@ def _design(arguments):
 def _show(arguments, result):
     is_front = hasattr(result, "designs")
     designs = result.designs if is_front else (result,)
-    if arguments.out and is_front:
-        result.save(arguments.out)
-    elif arguments.out:
-        names = {"design.json": result.save, "robot.json": result.to_robot_file}
-        write_files(arguments.out, names | {"robot.png": result.plot})
-    if arguments.plot:
-        result.plot(arguments.plot)
-    for path in used_options(arguments, "out", "plot").values():
+    save = result.save if is_front else partial(_save_one, result)
+    for path in write_options(arguments, {"out": save, "plot": result.plot}):
         print_message(path)
     if arguments.json:
         print_json([design.as_json() for design in designs])
@@ -90,6 +87,11 @@ def _show(arguments, result):
         _print_front(designs)
     else:
         print(result.report)
+
+
+def _save_one(design, folder):
+    files = {"design.json": design.save, "robot.json": design.to_robot_file}
+    write_files(folder, files | {"robot.png": design.plot})
 
 
 def _print_front(designs):

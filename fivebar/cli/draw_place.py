@@ -9,7 +9,7 @@ import numpy as np
 from ..base.checks import positive
 from ..base.errors import UnreachableError, UsageError
 from ..base.representation import working_words
-from .options import WORKING, option_of, point_words, print_notes, size_words
+from .options import WORKING, changed_options, option_of, point_words, print_notes, size_words
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 MARGIN = 0.005  # m, from singularities
@@ -45,13 +45,14 @@ def placed(arguments, machine, path):
     from ..paths.placing.fitting_in import bounds, fitted_in
     from ..paths.reading.read import path as path_of
 
+    changed = changed_options(arguments)
     for option, (effect, others) in CHOOSE.items():
-        if getattr(arguments, option) and any(getattr(arguments, other) for other in others):
+        if option in changed and changed.intersection(others):
             first, *names = map(option_of, (option, *others))
             raise UsageError(f"{first} {effect}: it goes without {' and '.join(names)}")
     robot = machine.robot
     turn = np.deg2rad(arguments.turn_deg)
-    scale = arguments.scale or 1.0
+    scale = 1.0 if arguments.scale is None else positive(arguments.scale, "scale")
     if arguments.at is not None or arguments.as_drawn:
         placed = path
         if arguments.at is not None:
@@ -67,7 +68,7 @@ def placed(arguments, machine, path):
     corners = None
     to_robot = machine.frame.inverse
     if arguments.page is not None:
-        path, corners = _on_page(arguments, path)
+        path, corners = _on_page(arguments, path, scale)
         whole = path_of(corners)
         scale = 1.0
     else:
@@ -88,13 +89,12 @@ def placed(arguments, machine, path):
     return placed, working, fit.scale * machine.frame.scale, page
 
 
-def _on_page(arguments, path):
+def _on_page(arguments, path, scale):
     """Return the path in its place on the page, and the page's corners (5, 2), m."""
     from ..paths.placement import Placement
     from ..paths.placing.fitting_in import bounds
 
     size = np.array([positive(side, "page") for side in arguments.page])
-    scale = arguments.scale or 1.0
     shift = np.zeros(2)
     if arguments.fit:
         low, high = bounds(path)

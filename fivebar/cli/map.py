@@ -88,7 +88,7 @@ def _map(arguments):
         raise UsageError("--fits takes two sizes > 0, m, of a board for a five-bar")
     if not task and (levels or arguments.path or arguments.load or arguments.working):
         raise UsageError("--path, --load, --det-A, --sin and --working are of task space only")
-    if arguments.torque_limit and not arguments.load:
+    if arguments.torque_limit is not None and not arguments.load:
         raise UsageError("--torque-limit says what holds a load: it goes with --load FX FY")
     regions = path = points = None
     with usage_errors():

@@ -154,11 +154,16 @@ def used_options(arguments: Namespace, *names: str) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value not in (None, [])}
 
 
+def changed_options(arguments: Namespace) -> set[str]:
+    """Return the names of those options whose values are not their defaults."""
+    default = arguments.parser.get_default
+    return {name for name, value in vars(arguments).items() if value != default(name)}
+
+
 def refuse_others(arguments: Namespace, words: str, *names: str) -> None:
     """Raise UsageError with these words where options of other names are used."""
-    for name, value in vars(arguments).items():
-        if name not in ("command", *names) and value != arguments.parser.get_default(name):
-            raise UsageError(words)
+    if changed_options(arguments).difference(("command", *names)):
+        raise UsageError(words)
 
 
 @contextmanager

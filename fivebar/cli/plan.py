@@ -90,7 +90,7 @@ def _plan(arguments):
             goal,
             arguments.duration,
             via=[(None, machine.joint(p, arguments.working or (-1, -1))) for p in points],
-            objective=arguments.objective or ("effort" if arguments.duration else "time"),
+            objective=arguments.objective or ("time" if arguments.duration is None else "effort"),
             constraints=replace(machine.constraints, **limits),
             collocation=Collocation(max_time=arguments.max_time),
         )

@@ -17,7 +17,7 @@ from .options import (
     write_options,
 )
 from .robot_options import add_robot_options, chosen_machine
-from .task_options import TASK, chosen_task, figure_list, figure_of
+from .task_options import TASK, chosen_bounds, chosen_task, figure_list, figure_of
 
 DESIGNS = {
     "--grid NAME=LOW:HIGH:COUNT ...": "all combinations",
@@ -62,7 +62,6 @@ def _sweep(arguments):
     if arguments.dask and arguments.workers:
         raise UsageError("--workers are processes here; with --dask the cluster has its own")
     try:
-        designs = _designs(arguments)
         parts = [text.partition("=") for text in arguments.figure]
         figures = [figure_of(name) for name, *_ in parts]
         by, *others = [k for k, (_, sign, _) in enumerate(parts) if sign] or [0]
@@ -71,7 +70,7 @@ def _sweep(arguments):
         with usage_errors(ValueError, TypeError), dask_executor(arguments.dask) as executor:
             swept = sweep(
                 figures,
-                designs,
+                _designs(arguments),
                 executor,
                 arguments.out,
                 robot=robot,
@@ -100,17 +99,16 @@ def _designs(arguments):
         raise UsageError(
             f"designs come from one of --grid, --sample, --triangle, --designs, not {wrong}"
         )
-    if arguments.bound and not arguments.sample:
+    [(source, given)] = sources.items()
+    if arguments.bound and source != "sample":
         raise UsageError("--bound is of --sample N")
-    if arguments.designs:
-        return arguments.designs
-    if arguments.triangle:
-        return triangle(arguments.triangle)
-    if arguments.sample:
-        bounds = named_values(arguments.bound, "--bound", "LOW:HIGH")
-        return sample(bounds, arguments.sample, arguments.seed)
-    axes = named_values(arguments.grid, "--grid", "LOW:HIGH:COUNT")
-    return grid(axes)
+    if source == "designs":
+        return given
+    if source == "triangle":
+        return triangle(given)
+    if source == "sample":
+        return sample(chosen_bounds(arguments, "--sample"), given, arguments.seed)
+    return grid(named_values(given, "--grid", "LOW:HIGH:COUNT"))
 
 
 def _show(arguments, swept, best):

@@ -61,6 +61,13 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
     return choices
 
 
+def chosen_bounds(arguments: argparse.Namespace, user: str) -> dict:
+    """Return {parameter: (low, high)} of --bound, which what uses them needs."""
+    if not arguments.bound:
+        raise UsageError(f"{user} needs --bound NAME=LOW:HIGH, as --bound l1=0.05:0.2")
+    return named_values(arguments.bound, "--bound", "LOW:HIGH")
+
+
 def figure_of(text: str) -> object:
     """Return a figure's name, or the function in FILE.py:NAME."""
     file, _, name = text.rpartition(":")

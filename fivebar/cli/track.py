@@ -31,7 +31,14 @@ from .options import (
     write_files,
     write_options,
 )
-from .robot_options import add_robot_options, chosen_machine, machine_for, peak_row, print_frames
+from .robot_options import (
+    add_robot_options,
+    chosen_limits,
+    chosen_machine,
+    machine_for,
+    peak_row,
+    print_frames,
+)
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
@@ -119,11 +126,11 @@ def _track(arguments):
     print_notes(arguments.path, reference.notes)
     machine = machine_for(arguments, machine, arguments.path, reference)
     working = tuple(arguments.working or (-1, -1))
-    limits = machine.constraints
-    if torque := arguments.torque_limit or limits.torque:
-        limits = replace(limits, torque=np.min(torque))  # a tracker has one for both motors
     refuse_singular_everywhere(robot, working, "track")
     with usage_errors(ValueError):
+        limits = replace(machine.constraints, **chosen_limits(arguments))
+        if limits.torque:  # a tracker has one for both motors
+            limits = replace(limits, torque=min(limits.torque))
         reference = machine.led(reference, working)
         controller = _controller(arguments, robot, reference, working, limits)
     saturation = limits.motors or limits.torque and limits.torque[0]

@@ -169,7 +169,7 @@ def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
     """
     limits = limits_of(bounds)
     check_known(limits, "sample")
-    count = whole(1, MOST)(count, "count")
+    count = whole(1, MOST)(count, "sample: its count")
     seed = whole(0, 2**63)(seed, "seed")
     low, high = np.array(list(limits.values())).T
     g = 2.0
@@ -233,7 +233,7 @@ def triangle(count: int = 30) -> Designs:
     >>> fb.optimal_design.triangle(6)
     <Designs: r1, r2, r3, 14 rows>
     """
-    count = whole(2, 10**4)(count, "count")
+    count = whole(2, 10**4)(count, "triangle: its count")
     first, second = np.mgrid[1:count, 1:count].reshape(2, -1)
     k = np.column_stack([first, second, count - first - second])
     inside = (k[:, 2] >= 0) & (2 * k[:, 2] <= count)

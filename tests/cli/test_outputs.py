@@ -5,7 +5,7 @@ import datetime
 import json
 import os
 import sys
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from copy import copy
 from dataclasses import replace
 from importlib import import_module
@@ -365,7 +365,7 @@ def test_a_page_is_placed_as_a_whole(monkeypatch, here):
     monkeypatch.setattr("fivebar.paths.placing.fitting_in.fitted_in", fitted_in)
     path = fb.path([(0.01, 0.005), (0.03, 0.015)])
     options = dict.fromkeys(("at", "as_drawn", "fit", "page", "scale", "margin", "working"))
-    options |= {"turn_deg": 90.0, "file": "line.csv"}
+    options |= {"turn_deg": 90.0, "file": "line.csv", "parser": ArgumentParser()}
     machine = fb.Machine(fb.FiveBar(l11=0.08))
     page = {"page": (0.09, 0.06)}
     for more, scale, clearance in (

@@ -269,7 +269,7 @@ def test_how_one_goal_is_searched(monkeypatch):
 
 def test_a_triangle_has_at_most_ten_thousand_parts():
     for count in (1, 10**4 + 1, 2.5):
-        with pytest.raises(ValueError, match="^count must be "):
+        with pytest.raises(ValueError, match="^triangle: its count must be "):
             D.triangle(count)
     assert len(D.triangle(2)) == 1
 
