@@ -31,7 +31,6 @@ OPTIONS = TABLE | {
     "--tool-leg 1|2": "that carries a pen beside the joint (default: as in the robot's file)",
     "--start NAME=VALUE ...": "known, or to begin with",
     "--sigma M": "standard deviation of a measured number, m",
-    "--bounds NAME=LOW:HIGH ...": "of unknowns",
     "--prior NAME=SD ...": "what is known of an unknown beforehand, as l11=0.3mm offset1=1deg",
     "--loss linear|soft_l1|huber|cauchy|arctan": ("linear", ""),
     "--units UNIT ...": "without one in the heading: deg, x=mm",
@@ -135,7 +134,6 @@ def _calibrate(arguments):
         unknown,
         tool=tool,
         start=mounting_of(machine) | named_values(arguments.start, "--start"),
-        bounds=named_values(arguments.bounds, "--bounds", "LOW:HIGH"),
         priors=named_values(arguments.prior, "--prior"),
         **used_options(arguments, "sigma", "loss", "units", "columns", "mistakes"),
     )

@@ -62,7 +62,7 @@ CASES = [
     ),
     (
         "calibrate data.csv --unknown l11 offset1,x0 --start l11=91mm x0=0.1 --sigma 0.1mm"
-        " --bounds l11=80mm:0.1 --prior l12=0.3mm offset1=1deg --loss huber --units deg x=mm"
+        " --prior l12=0.3mm offset1=1deg --loss huber --units deg x=mm"
         " --mistakes keep --tool-leg 2 --columns x=East",
         "estimation.calibration.calibrate.calibrate",
         {
@@ -72,7 +72,6 @@ CASES = [
             "tool": fb.Tool(2),
             "start": pytest.approx({"l11": 0.091, "x0": 0.1}),
             "sigma": 0.1 * MM,
-            "bounds": {"l11": (0.08, 0.1)},
             "priors": pytest.approx({"l12": 0.3 * MM, "offset1": DEG}),
             "loss": "huber",
             "units": ["deg", "x=mm"],
@@ -205,7 +204,6 @@ REFUSED = {
     "sweep bars --plot here.csv/a.png": "here.csv: File exists",
     "track here.csv --page here.csv/a.html": "here.csv: File exists",
     "calibrate none.csv": "no file none.csv",
-    "calibrate here.csv --bounds l11=0.1": "--bounds['l11'] must be two finite numbers, not 0.1",
     "calibrate here.csv --from-drawing A5": "it goes without measured data",
     "calibrate --sides 100 50": "give --photo PICTURE",
     "identify here.csv --offset 1 2 3": "--offset takes one number or two, not 3",

@@ -18,7 +18,7 @@ def test_a_file_of_a_calibration_comes_back(tmp_path):
     data = measured(twin(rng, LAB, GEOMETRY), 12, rng, 1e-4)
     data["y"][3] = np.nan
     data |= dict(distance=np.full(12, np.nan), to=np.full(12, np.nan))
-    found = fb.calibrate(LAB, data, (*GEOMETRY, "scale"), sigma=1e-4, bounds={"d": (0.1, 0.2)})
+    found = fb.calibrate(LAB, data, (*GEOMETRY, "scale"), sigma=1e-4)
     found.to_json(tmp_path / "c.json")
     again = fb.Calibration.from_json(tmp_path / "c.json")
     assert (
@@ -87,7 +87,6 @@ BAD = dict(q1=[0.1, 0.2], q2=[0.1, 0.2], x=[0.09, 0.09], y=[0.07, 0.07])
         (BAD, dict(unknown=("l11", "l11")), "unknown names l11 twice"),
         (BAD, dict(unknown=()), "unknown is empty"),
         (BAD, dict(start={"l1": 1}), "start: no 'l1'"),
-        (BAD, dict(bounds={"l11": (2, 1)}), "bounds\\['l11'\\] must be \\(low, high\\)"),
         (BAD, dict(loss="l2"), "loss must be one of linear"),
         (BAD, dict(sigma=-1.0), "sigma must be finite and > 0"),
     ],

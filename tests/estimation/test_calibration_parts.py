@@ -232,7 +232,7 @@ def test_a_robust_fit_has_the_least_sum_of_its_loss(loss):
     free = np.array([UNKNOWNS.index(name) for name in ("l11", "l22")])
     start = values_of(ROBOT)
     task = LeastSquares(rows, free, start, np.ones(2), np.full(24, 1e4), loss=loss)
-    found, held = solve(task, start, pose.assembly)
+    found = solve(task, start, pose.assembly)
 
     def off(z):
         robot = replace(ROBOT, l11=z[0], l22=z[1])
@@ -248,7 +248,6 @@ def test_a_robust_fit_has_the_least_sum_of_its_loss(loss):
             options={"xatol": 1e-10, "fatol": 1e-12},
         ).x
     assert found[free] == pytest.approx(z, abs=1e-8)
-    assert not held.any()
 
 
 @pytest.mark.parametrize("note", [(), ("assembly",)])

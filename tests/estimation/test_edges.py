@@ -1,6 +1,5 @@
 """How little is enough: the fewest rows, samples and numbers that are taken, and one fewer."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.base.checks import LONGEST, SHORTEST
-from fivebar.estimation.calibration.calibrate import _reaching, _with_possible_lengths, start_values
+from fivebar.estimation.calibration.calibrate import _reaching, start_values
 from fivebar.estimation.calibration.candidates import candidates
 from fivebar.estimation.calibration.fit import LeastSquares
 from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE, sizes, values_of
@@ -60,19 +59,6 @@ def test_what_is_not_measured_at_all_stays_where_it_was():
     (words,) = found.indistinguishable
     assert words == "y0 not at all: no measurement depends on it: measuring y, too, would tell"
     assert found.intervals()["y0"] == (-np.inf, np.inf)
-
-
-def test_an_unknown_at_a_bound_has_no_deviation():
-    rng = np.random.default_rng(2)
-    data = measured(twin(rng, LAB, ()), 12, rng, 1e-5, HOME)
-    found = fb.calibrate(LAB, data, ("l11", "d"), sigma=1e-5, bounds={"d": (0.119, 0.13)})
-    assert found.held.tolist() == [False, True] and found.values["d"] == 0.119
-    assert found.sd["d"] == np.inf and 0 < found.sd["l11"] < 1e-4
-    assert found.correlation == pytest.approx(
-        np.array([[1.0, np.nan], [np.nan, np.nan]]), nan_ok=True
-    )
-    assert found.rank == 1
-    assert found.indistinguishable == () and "at a bound: d" in str(found)
 
 
 def test_no_row_is_named_where_the_others_leave_no_scatter():
@@ -246,20 +232,3 @@ def test_what_depends_on_what_does_not_depend_on_units(size):
     assert kept == [0, 1] and set(folded) == {2, 3, 4}
     assert folded[2] == pytest.approx({0: 2.0, 1: -0.5}) and folded[3] == folded[4] == {}
     assert independent(size * W, [2, 0, 1], 1e-7)[0] == [2, 0]
-
-
-def test_lengths_that_would_fall_below_0_are_bounded_within_what_was_given():
-    names = ("l11", "l12", "d", "scale", "turn")
-    free = np.array([PLACE[name] for name in names])
-    given = {"l11": (0.05, 0.2), "l12": (-0.3, 0.4), "d": (-1.0, 0.3), "turn": (-2.0, 1.0)}
-    rows = rows_of(exact(4))
-    task = LeastSquares(rows, free, values_of(LAB), np.ones(5), np.ones(8), bounds=given)
-    assert _with_possible_lengths(task).bounds == {
-        "l11": (0.05, 0.2),
-        "l12": (1e-6, 0.4),
-        "d": (0.0, 0.3),
-        "scale": (1e-6, np.inf),
-        "turn": (-2.0, 1.0),
-    }
-    bare = _with_possible_lengths(replace(task, bounds=None)).bounds
-    assert bare == dict.fromkeys(("l11", "l12", "scale"), (1e-6, np.inf)) | {"d": (0.0, np.inf)}

@@ -762,7 +762,6 @@ CASES = {
             tool=None,
             start={"offset1": 0.0},
             sigma=1e-5,
-            bounds={},
             priors={"l11": 1e-4},
             loss="linear",
             mistakes="raise",
@@ -775,7 +774,7 @@ CASES = {
             "no mode is noted",
             "does not close",
             "the open file",
-            "no five-bar fits",
+            "no robot has the lengths",
         ),
         options={
             "unknown": [("l13",), ("scale", "l11")],
@@ -798,7 +797,6 @@ CASES = {
                 "weight",
                 "absolute",
                 "loss",
-                "held",
                 "prior",
             )
         },

@@ -20,7 +20,6 @@ from ...base.checks import (
     positive,
     shown,
     strings,
-    two_numbers,
 )
 from ...base.robot_uses import takes_robot
 from ...base.tables import FilePath
@@ -75,7 +74,6 @@ def calibrate(
     tool: Tool | None = None,
     start: Mapping[str, float] = MappingProxyType({}),
     sigma: float | None = None,
-    bounds: Mapping[str, Sequence[float]] = MappingProxyType({}),
     priors: Mapping[str, float] = MappingProxyType({}),
     loss: str = "linear",
     mistakes: str = "raise",
@@ -108,8 +106,6 @@ def calibrate(
         Values by name, known or to begin with; else offsets are 0, ratios and scale 1.
     sigma : float, optional
         Standard deviation of a measured number, m; with it chi^2 says whether the model fits.
-    bounds : mapping
-        {name: (low, high)} of unknowns.
     priors : mapping
         {name: standard deviation} of unknowns about their start, as a workshop's or a drawing's
         tolerance gives them, m or rad; with sigma. An unknown without one may be anything.
@@ -156,7 +152,6 @@ def calibrate(
         start=p0,
         size=size,
         weight=weight,
-        bounds=_bounds(bounds, unknown),
         loss=loss,
         prior=_prior(priors, unknown, size, absolute),
         sigma=float(np.median(1 / weight)) if absolute else 0.0,
@@ -174,12 +169,13 @@ def calibrate(
     _refuse_unknown_modes(task.rows, p, assembly == 0)
     scatter = 1.0 if absolute else robust_scatter(task, p, assembly)
     first = _reaching(weighted_by_loops(task, p, scatter), p, assembly)
-    fitted, p, held = _fit(task, first, assembly, None if absolute else scatter)
-    if not length_ok(p):
-        first = first if length_ok(first) else p0
-        task = _with_possible_lengths(task)
-        fitted, p, held = _fit(task, first, assembly, None if absolute else scatter)
-    task = fitted
+    task, p = solve_by_loops(task, first, assembly, scatter, absolute)
+    notes = list(task.rows.notes)
+    if p[PLACE["d"]] < 0 and task.names[1:]:
+        task, first = _on_one_axis(task, first)
+        task, p = solve_by_loops(task, first, assembly, scatter, absolute)
+        notes.append("d fits best below 0, and is taken as 0: motors on one axis")
+    _refuse_impossible_lengths(p)
     if mistakes != "keep":
         _refuse_far_misses(task, p, p0, assembly)
         _refuse_unchecked_lengths(task, p)
@@ -191,9 +187,8 @@ def calibrate(
             f"{task.rows.named(other)}: the fitted robot is in other modes there than noted:"
             " give values to begin with (start), or put the modes right"
         )
-    turns = [k for k in free if UNKNOWNS[k] in TURNED]
+    turns = [k for k in task.free if UNKNOWNS[k] in TURNED]
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
-    notes = list(task.rows.notes)
     if len(task.rows) < CHECKED:
         notes.append(
             f"so few rows do not show a wrong unit, sign or mode: {CHECKED} rows or more do"
@@ -202,7 +197,7 @@ def calibrate(
         notes.append(f"assembly mode uncertain, the nearer one was taken: {names}")
     found = Calibration(
         nominal=robot,
-        unknown=unknown,
+        unknown=task.names,
         rows=task.rows,
         assembly=assembly,
         start=p0,
@@ -210,8 +205,7 @@ def calibrate(
         weight=weight,
         absolute=absolute,
         loss=loss,
-        held=held,
-        prior=np.zeros(len(free)) if task.prior is None else task.prior,
+        prior=np.zeros(len(task.free)) if task.prior is None else task.prior,
         notes=tuple(notes),
     )
     return replace(found, notes=(*found.notes, *told(found)))
@@ -270,20 +264,6 @@ def _weight(rows, sigma):
     return 1 / np.where(known, own, sigma or 1.0)
 
 
-def _bounds(bounds, unknown):
-    if not isinstance(bounds, Mapping):
-        raise TypeError(f"bounds must be a mapping {{name: (low, high)}}, not {shown(bounds)}")
-    result = {}
-    for name, limits in bounds.items():
-        if name not in unknown:
-            raise ValueError(f"bounds: {shown(name)} is none of unknown: {', '.join(unknown)}")
-        low, high = two_numbers(limits, f"bounds[{name!r}]")
-        if low >= high:
-            raise ValueError(f"bounds[{name!r}] must be (low, high) with low < high")
-        result[name] = (low, high)
-    return result
-
-
 def _prior(priors, unknown, size, absolute):
     """Return the sizes of the unknowns over their standard deviations; None without priors."""
     if not isinstance(priors, Mapping):
@@ -335,6 +315,26 @@ def _refuse_unknown_modes(rows, p, lost):
         raise ValueError(f"{rows.named(lost)}: {missing}")
 
 
+def _on_one_axis(task, p):
+    """Return the task and values to begin with, d known to be 0."""
+    kept = task.free != PLACE["d"]
+    start, p = task.start.copy(), p.copy()
+    start[PLACE["d"]] = p[PLACE["d"]] = 0.0
+    prior = None if task.prior is None else task.prior[kept]
+    return replace(task, free=task.free[kept], size=task.size[kept], start=start, prior=prior), p
+
+
+def _refuse_impossible_lengths(p):
+    """Refuse a fit in which a bar has no length, or one below 0."""
+    if not length_ok(p):
+        lengths = ", ".join(f"{name} = {1e3 * p[PLACE[name]]:.3g} mm" for name in LENGTHS)
+        raise ValueError(
+            f"no robot has the lengths that fit best, scale {p[PLACE['scale']]:.3g} and {lengths}."
+            " Measure more rows, or say what is known: priors (--prior l11=0.5mm), or fewer"
+            f" unknowns. {QUESTIONS}"
+        )
+
+
 def _refuse_far_misses(task, p, start, assembly):
     """Refuse a fit that is none: its misses are of another size than errors of measurement.
 
@@ -379,33 +379,6 @@ def _refuse_unchecked_lengths(task, p):
             )
 
 
-def _with_possible_lengths(task):
-    """Return the task with lengths bounded from below, as no robot has them below 0."""
-    bounds = dict(task.bounds or {})
-    for name in {"l11", "l12", "l21", "l22", "d", "scale"} & set(task.names):
-        low, high = bounds.get(name, (-np.inf, np.inf))
-        bounds[name] = (max(low, 0.0 if name == "d" else 1e-6), high)
-    return replace(task, bounds=bounds)
-
-
-def _fit(task, p, assembly, scatter):
-    """Return the task, the values of least squares, and which unknowns are at a bound.
-
-    In the task, rows near Type 2 have the weights by which their loops were fitted. `scatter`, of
-    a weighted number, is None where the weights say it.
-    """
-    for _ in range(8):
-        fitted, p, held = solve_by_loops(task, p, assembly, scatter or 1.0)
-        if not scatter or fitted.rows.loop is None or not length_ok(p):
-            break
-        # The values before may have missed by much more than the noise.
-        before = scatter
-        scatter = robust_scatter(fitted, p, assembly)
-        if abs(scatter - before) < 0.1 * before:
-            break
-    return fitted, p, held
-
-
 def _reaching(task, p, assembly):
     """Return values from which every row is reached: p, or a fit of the rows that p reaches."""
     for _ in range(3):
@@ -421,7 +394,7 @@ def _reaching(task, p, assembly):
         kept = ~out[task.rows.row_of]
         kept[len(kept) - len(far) :] &= ~out[task.rows.to[far]]
         part = replace(task, rows=near, weight=task.weight[kept])
-        p = solve(part, p, assembly[~out])[0]
+        p = solve(part, p, assembly[~out])
     frame = ""
     if len(task.rows.measured[0]) and not {"x0", "y0", "turn"} & set(task.names):
         frame = (

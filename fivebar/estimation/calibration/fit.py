@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -53,8 +52,6 @@ class LeastSquares:
         The sizes of the unknowns, by which they are scaled.
     weight : array
         1 / sigma of each measured number, 1/m.
-    bounds : mapping, optional
-        {name: (low, high)}.
     loss : str
         One of LOSSES.
     prior : array, optional
@@ -70,7 +67,6 @@ class LeastSquares:
     start: ndarray
     size: ndarray
     weight: ndarray
-    bounds: Mapping | None = None
     loss: str = "linear"
     prior: ndarray | None = None
     sigma: float = 0.0
@@ -213,7 +209,7 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
     if rows.loop is None:
         scale = p[PLACE["scale"]]
         shorter = min(p[1], p[3])
-        share = sigma / (scale * shorter)
+        share = sigma / np.abs(scale * shorter)
         sines = sines_at(p, rows.q, rows.points)
         sine = np.abs(sines[:, 2])
         near = (sine < np.sqrt(NEAR * share)) & (sine < NEAREST)
@@ -229,45 +225,30 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
 
 
 def solve_by_loops(
-    task: LeastSquares, p: ndarray, assembly: ndarray, scatter: float
-) -> tuple[LeastSquares, ndarray, ndarray]:
-    """Return the task and `solve`'s answer, rows near Type 2 weighted by that answer."""
-    task = weighted_by_loops(task, p, scatter)
-    for _ in range(ROUNDS):
-        before = p
-        p, held = solve(task, before, assembly)
-        moved = np.abs(p - before)[task.free]
-        change = moved / task.size
-        settled = change.max() < SETTLED
-        if task.rows.loop is None or not length_ok(p) or settled:
-            break
-        task = weighted_by_loops(task, p, scatter)
-    return task, p, held
+    task: LeastSquares, p: ndarray, assembly: ndarray, scatter: float, absolute: bool
+) -> tuple[LeastSquares, ndarray]:
+    """Return the task and `solve`'s answer, rows near Type 2 weighted by that answer.
 
-
-def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
-    """Return the values (16,) of least weighted squares from p, and which unknowns are at a bound.
-
-    Combinations that the rows do not tell stay as near to the start as they can. Bounds count only
-    where a fit without them leaves them: within them SciPy's steps drift along such combinations.
+    Where weights are not `absolute`, the scatter is that of the answer, too.
     """
-    low = np.full(len(task.free), -np.inf)
-    high = np.full(len(task.free), np.inf)
-    for k, name in enumerate(task.names):
-        if task.bounds and name in task.bounds:
-            low[k], high[k] = task.bounds[name]
-    start = task.start[task.free]
-    if task.bounds:
-        unbounded = replace(task, bounds=None)
-        free, held = solve(unbounded, p, assembly)
-        values = free[task.free]
-        inside = (values >= low) & (values <= high)
-        if inside.all():
-            return free, held
+    for _ in range(ROUNDS):
+        task = weighted_by_loops(task, p, scatter)
+        before = p
+        p = solve(task, before, assembly)
+        change = np.abs(p - before)[task.free] / task.size
+        if task.rows.loop is None or not length_ok(p) or change.max() < SETTLED:
+            break
+        if not absolute:
+            scatter = robust_scatter(task, p, assembly)
+    return task, p
 
-    lowest = (low - start) / task.size
-    highest = (high - start) / task.size
-    prior = np.zeros((0, len(low)))
+
+def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> ndarray:
+    """Return the values (16,) of least weighted squares from p.
+
+    Combinations that the rows do not tell stay as near to the start as they can.
+    """
+    prior = np.zeros((0, len(task.free)))
     if task.prior is not None:
         prior = np.diag(task.prior)
 
@@ -291,57 +272,18 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
             off,
             z,
             slope,
-            bounds=(lowest, highest),
             loss=task.loss,
             f_scale=scatter,
             max_nfev=200,
             ftol=tolerance,
             xtol=tolerance,
             gtol=tolerance,
-        )
+        ).x
 
-    moved = (p[task.free] - start) / task.size
-    z = np.clip(moved, lowest, highest)
-    if not np.isfinite(off(z)).all():
-        raise ValueError(
-            "no five-bar fits these data: values beyond their bounds (a length below 0?) come out,"
-            " and within bounds not all rows are reached"
-        )
-    result = fitted(z, 1e-12)
-    if task.loss != "linear":  # once more with the scatter of the fit, not of the start
-        result = fitted(result.x, 1e-14)
-    z = result.x
-    held = result.active_mask != 0
+    z = fitted((p - task.start)[task.free] / task.size, 1e-12)
     if task.loss == "linear":
-        z, held = _polish_within(off, slope, z, held, lowest, highest)
-    found = task.at(z)
-    bound = np.where(z - lowest < highest - z, low, high)
-    found[task.free] = np.where(held, bound, found[task.free])
-    return found, held
-
-
-def _polish_within(off, slope, z, held, lowest, highest):
-    """Return z polished within its bounds, and which of its numbers are at one.
-
-    What is at a bound stays there, and so does what polishing would move over it.
-    """
-    free = ~held
-    if not free.any():
-        return z, held
-
-    def whole(part):
-        result = z.copy()
-        result[free] = part
-        return result
-
-    part = _polish(lambda part: off(whole(part)), lambda part: slope(whole(part))[:, free], z[free])
-    polished = whole(part)
-    beyond = np.maximum(lowest - polished, polished - highest)
-    if beyond.max() <= 0:
-        return polished, held
-    within = np.clip(polished, lowest, highest)
-    held = held | (beyond == beyond.max())
-    return _polish_within(off, slope, within, held, lowest, highest)
+        return task.at(_polish(off, slope, z))
+    return task.at(fitted(z, 1e-14))  # once more with the scatter of the fit, not of the start
 
 
 def _polish(off, slope, z):

@@ -52,8 +52,6 @@ def report(found: Calibration) -> str:
             factor, unit = shown_in(name)
             sd = factor * found.sizes[found.unknown.index(name)] / known
             notes.append(f"known before: {name} within {sd:.4g} {unit} (sd)")
-    if found.held.any():
-        notes.insert(0, f"at a bound: {', '.join(np.array(found.unknown)[found.held])}")
     if notes:
         lines += ["", *notes]
     return "\n".join(lines)

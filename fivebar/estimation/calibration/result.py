@@ -72,8 +72,6 @@ class Calibration(Plotted):
         Whether the weights are 1/m, or relative.
     loss : str
         The loss function of the residuals.
-    held : (k,) array of bool
-        Unknowns at a bound.
     prior : (k,) array
         `sizes` of the unknowns over the standard deviations of their starts, 0 without one.
     notes : tuple of str
@@ -102,7 +100,6 @@ class Calibration(Plotted):
     weight: ndarray
     absolute: bool
     loss: str
-    held: ndarray
     prior: ndarray
     notes: tuple[str, ...] = ()
 
@@ -147,7 +144,6 @@ class Calibration(Plotted):
         """Return the weighted residuals (m,), and their derivatives by unknowns in sizes (m, k)."""
         off, jacobian = residuals(self.p, self.rows, self.assembly)
         jacobian = jacobian[:, self.free] * self.sizes * self.weight[:, None]
-        jacobian[:, self.held] = 0.0
         return off * self.weight, jacobian
 
     @cached_property
@@ -156,7 +152,7 @@ class Calibration(Plotted):
         off, jacobian = self._residuals
         moved = (self.p - self.start)[self.free] / self.sizes
         known = self.prior > 0
-        own = np.diag(np.where(self.held, 0.0, self.prior))[known]
+        own = np.diag(self.prior)[known]
         off = np.append(off, (self.prior * moved)[known])
         return off, np.vstack([jacobian, own])
 
@@ -207,8 +203,8 @@ class Calibration(Plotted):
 
     @cached_property
     def sd(self) -> dict[str, float]:
-        """Standard deviations by name; inf of an unknown that is not told by itself or held, and of
-        all where the data show no scatter.
+        """Standard deviations by name; inf of an unknown that is not told by itself, and of all
+        where the data show no scatter.
         """
         known = self.told & np.isfinite(self.variance)
         deviations = np.where(known, np.sqrt(np.diag(self.covariance)), np.inf)
@@ -217,13 +213,12 @@ class Calibration(Plotted):
     @cached_property
     def told(self) -> ndarray:
         """Whether the data tell each unknown by itself (k,), bool."""
-        return ~((np.abs(self._null) > 1e-6).any(axis=0) | self.held)
+        return ~(np.abs(self._null) > 1e-6).any(axis=0)
 
     @cached_property
     def _null(self):
         """Return the combinations that the data do not tell (k - rank, k), in sizes."""
-        null = self._spectrum[2][self.rank :]
-        return null[np.abs(null[:, ~self.held]).max(axis=1, initial=0.0) > 1e-9]
+        return self._spectrum[2][self.rank :]
 
     @cached_property
     def correlation(self) -> ndarray:
@@ -283,7 +278,7 @@ class Calibration(Plotted):
             return p
         size = sizes(self.nominal, self.rows.q, names)
         task = LeastSquares(self._points_only, np.array(places), p, size, self.weight)
-        return solve(task, p, self.assembly)[0]
+        return solve(task, p, self.assembly)
 
     @cached_property
     def _points_only(self):
