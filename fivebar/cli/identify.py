@@ -24,7 +24,6 @@ OPTIONS = TABLE | {
     "--unknown NAME ...": "identify only these (default: all)",
     "--assembly -1|1": (-1, "of the logs, throughout"),
     "--cutoff HZ": "of the filters (default: where the motion ends in noise)",
-    "--consistent": "only what bodies can have",
     "--units UNIT ...": "of columns without one, as q1=deg",
 }
 
@@ -43,7 +42,7 @@ def _identify(arguments):
     from ..estimation.identification.identify import identify
 
     machine = chosen_machine(arguments)
-    names = "validate unknown assembly cutoff consistent units columns".split()
+    names = "validate unknown assembly cutoff units columns".split()
     options = used_options(arguments, *names) | _gauges(arguments, machine)
     result = identify(machine.robot, arguments.log, **options)
     files = []

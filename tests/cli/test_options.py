@@ -81,7 +81,7 @@ CASES = [
     ),
     (
         "identify data.csv data.csv --validate data.csv --unknown m zz1 --assembly 1 --cutoff 20"
-        " --consistent --units q1=deg --counts-per-turn 4096 --torque-constant 0.5 0.6",
+        " --units q1=deg --counts-per-turn 4096 --torque-constant 0.5 0.6",
         "estimation.identification.identify.identify",
         {
             1: [Path("data.csv"), Path("data.csv")],
@@ -89,7 +89,6 @@ CASES = [
             "unknown": ["m", "zz1"],
             "assembly": 1,
             "cutoff": 20.0,
-            "consistent": True,
             "units": ["q1=deg"],
             "offset": (0.0, 0.0),
             "counts_per_turn": 4096.0,

@@ -1,4 +1,4 @@
-"""Identification: the regression against the models, simulated robots, what a log cannot tell, bodies, files."""
+"""Identification: the regression against the models, simulated robots, what a log cannot tell, files."""
 
 import time
 from dataclasses import replace
@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.estimation.identification.bodies import consistent
 from fivebar.estimation.identification.filtering import RegressionRows, filtered
 from fivebar.estimation.identification.regression import fit, left_out_cost, smallest, spread
 from fivebar.estimation.identification.regressor import ladder, linear_names, regressor
@@ -220,20 +219,6 @@ def test_what_no_motion_shows_and_what_this_log_does_not():
     words = " ".join(found.indistinguishable)
     assert "zz12: no motion of this robot shows it by itself" in words and "zz22" in words
     assert found.values["zz1"] == pytest.approx(0.002, abs=4 * found.sd["zz1"])
-
-
-def test_bodies_are_held_to_and_change_nothing_where_they_are_there():
-    case = case_of(11, RUNGS["heavy bars, gravity, friction"])
-    free, held = (fb.identify(case.known, case.log, consistent=on) for on in (False, True))
-    assert held.bodies and held.chosen == free.chosen
-    for name in free.chosen:
-        assert held.values[name] == pytest.approx(free.values[name], abs=3 * free.sd[name])
-    names, cov = ["zz1", "zz2", "m", "fv1", "zz12"], np.diag([1e-8, 1e-8, 1e-4, 1e-4, 1e-10])
-    found = consistent(case.known, names, np.array([0.001, 0.002, -0.1, -0.02, -0.5]), cov)
-    zz1, zz2, m, fv1, zz12 = found
-    assert m >= 0 and fv1 >= 0 and zz1 > 0
-    # a bar of mass m2, centre at x: zz12 = zz - m2 x l >= m2 x^2 - m2 x l >= -m2 l^2 / 4, and m2 is in zz1 and m
-    assert zz12 >= -0.25 * (m + zz1 / case.known.l11**2) * case.known.l12**2 - 1e-9
 
 
 def test_the_result_is_kept_and_shown(tmp_path):

@@ -58,7 +58,7 @@ def test_the_robot_comes_back_with_what_it_has_and_no_more(found):
         assert name not in found.chosen and getattr(found.robot, name) == 0.0
     assert "fv2" in found.rejected and "fs1" in found.rejected
     assert set(found.chosen) | set(found.rejected) <= set(linear_names(GIVEN))
-    assert found.given == GIVEN and found.bodies is False
+    assert found.given == GIVEN
     # Without gravity, no motion shows the weights of the bars.
     assert any("without gravity" in each for each in found.indistinguishable)
     assert 0.001 < found.p_value <= 1.0
@@ -219,7 +219,7 @@ def test_a_file_has_all_but_the_rows(found):
     again = fb.Identification.from_json(io.StringIO(out.getvalue()))
     for name in ("robot", "given", "values", "sd", "chosen", "rejected", "notes", "noise"):
         assert getattr(again, name) == getattr(found, name)
-    assert again.p_value == found.p_value and again.bodies is False
+    assert again.p_value == found.p_value
     assert again.cutoff == found.cutoff and again.indistinguishable == found.indistinguishable
     assert again.correlation == pytest.approx(found.correlation, abs=0.0)
     assert again.validation.ratio == found.validation.ratio

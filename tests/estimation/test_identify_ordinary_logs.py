@@ -126,13 +126,10 @@ def test_no_row_of_a_motion_is_off_its_neighbours():
         assert not off_their_neighbours(q).any()
 
 
-def test_masses_that_come_out_below_0_by_noise_are_said_to_be_unsure_and_bodies_have_them():
+def test_masses_that_come_out_below_0_by_noise_are_said_to_be_unsure():
     log = log_of(20, 60.0, 8.0 / 1.04, 2, 1e-5)
     with pytest.raises(ValueError, match="does not tell zz. = -.* ± .* from what no robot has"):
         fb.identify(KNOWN, log)
-    found = fb.identify(KNOWN, log, consistent=True)
-    assert min(found.values[name] for name in ("zz1", "zz2", "m")) > 0.0
-    assert np.abs(errors(found)).max() < 3.0
 
 
 @pytest.mark.parametrize("rows", [6, -12])

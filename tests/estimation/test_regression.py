@@ -1,15 +1,13 @@
-"""Parts of the regression against sums written out: filtered rows, weights, models, bodies."""
+"""Parts of the regression against sums written out: filtered rows, weights, models."""
 
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 from scipy.signal import lfilter
 
 import fivebar as fb
-from fivebar.estimation.identification.bodies import consistent
 from fivebar.estimation.identification.filtering import RegressionRows, at_limit, filtered, spikes
 from fivebar.estimation.identification.regression import (
     RegressionFit,
@@ -243,73 +241,6 @@ def test_prices_and_the_spread_of_what_was_kept():
     assert found[0, 0] == pytest.approx(1.0 + 0.25)
     assert found[1, 1] == pytest.approx(8.0 + 100.0)
     assert found[0, 1] / np.sqrt(found[0, 0] * found[1, 1]) == pytest.approx(1 / 6)
-
-
-def nearest(theta, cov, limits):
-    """The nearest values that keep all limits, by SciPy."""
-    weight = np.linalg.inv(cov)
-    scale = np.maximum(np.abs(theta), np.sqrt(np.diag(cov)))
-    best = None
-    for start in (np.maximum(theta, 0.1 * scale), scale):
-        found = minimize(
-            lambda z: (z * scale - theta) @ weight @ (z * scale - theta),
-            start / scale,
-            constraints=[{"type": "ineq", "fun": lambda z: limits(z * scale)}],
-            options={"maxiter": 500, "ftol": 1e-12},
-        )
-        if found.success and (best is None or found.fun < best.fun):
-            best = found
-    return best.x * scale
-
-
-def test_masses_and_friction_that_bodies_can_have_are_the_nearest_ones():
-    names = ["zz1", "m", "fs1", "fv1"]
-    root = np.array([[1e-4, 0, 0, 0], [5e-3, 0.02, 0, 0], [0, 1e-3, 2e-3, 0], [0, 0, 1e-3, 1e-3]])
-    cov = root @ root.T
-    theta = np.array([-2e-4, 0.5, 0.01, -1e-3])
-    found = consistent(ROBOT, names, theta, cov)
-    expected = nearest(theta, cov, lambda z: z)
-    assert found == pytest.approx(expected, rel=1e-3, abs=1e-7)
-    possible = np.array([1e-3, 0.5, 0.01, 1e-3])
-    assert consistent(ROBOT, names, possible, cov) == pytest.approx(possible, rel=1e-4, abs=1e-7)
-
-
-def test_bars_that_bodies_can_have_are_the_nearest_ones():
-    """A heavy distal bar: its inertia is at least what its centre of mass asks for."""
-    robot = fb.FiveBar()
-    names = ["zz1", "zz2", "m", *robot.turning_names]
-    assert len(names) == 7
-    theta = np.array([2e-3, 3e-3, 0.5, 1e-4, 2e-4, 5e-2, -2e-3])
-    cov = np.diag(np.array([1e-4, 1e-4, 0.02, 1e-4, 1e-4, 1e-3, 1e-3]) ** 2)
-    found = consistent(robot, names, theta, cov)
-
-    def limits(z, shares):
-        drives, m, turning, across = z[:2], z[2], z[3:5], z[5:7]
-        m2, at_end = shares[:2], shares[2:]
-        about = turning + at_end * 0.09**2
-        scale = 0.5 * 0.09
-        return np.concatenate(
-            [
-                (about * m2 - (at_end * 0.09) ** 2 - across**2) / scale**2 * 10,
-                m2,
-                (drives - (m2 - at_end) * 0.09**2) / (scale * 0.09),
-                [m - at_end.sum()],
-            ]
-        )
-
-    sd = np.sqrt(np.diag(cov))
-
-    def cost(z):
-        return (((z - theta) / sd) ** 2).sum()
-
-    answer = minimize(
-        lambda v: cost(v[:7] * np.abs(theta)),
-        np.concatenate([found / np.abs(theta), [0.1, 0.1, 0.05, 0.05]]),
-        constraints=[{"type": "ineq", "fun": lambda v: limits(v[:7] * np.abs(theta), v[7:])}],
-        options={"maxiter": 1000, "ftol": 1e-12},
-    )
-    assert cost(found) > 1.0
-    assert cost(found) == pytest.approx(answer.fun, rel=2e-2)
 
 
 @pytest.mark.parametrize("neighbours", [-0.7, 0.5])

@@ -695,7 +695,6 @@ CASES = {
             unknown=["zz1", "zz2", "m"],
             assembly=-1,
             cutoff=None,
-            consistent=False,
             units=None,
             columns=None,
             counts_per_turn=None,

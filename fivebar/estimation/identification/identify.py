@@ -9,13 +9,12 @@ import numpy as np
 from scipy.special import expit
 from scipy.stats import chi2
 
-from ...base.checks import flag, modes, optional, positive, strings
+from ...base.checks import modes, optional, positive, strings
 from ...base.progress import progress
 from ...base.robot_uses import takes_robot
 from ...models.geometry import dgm
 from ...models.robots import Robot
 from ..logs.logs import AT_THE_JOINTS, Gauges
-from .bodies import consistent as nearest_bodies
 from .dependent_columns import EXACT, NEARLY, any_motion, independent, sentences
 from .filtering import RegressionRows
 from .misfit import SURE, beyond_the_model, lateness
@@ -34,9 +33,7 @@ DOUBTFUL = (
 SIGNIFICANT = 3.0  # log of odds: from there on, torques are taken as held
 
 
-@takes_robot(
-    unknown=optional(strings), assembly=modes(1), cutoff=optional(positive), consistent=flag
-)
+@takes_robot(unknown=optional(strings), assembly=modes(1), cutoff=optional(positive))
 def identify(
     robot: Robot,
     log: object,
@@ -45,7 +42,6 @@ def identify(
     unknown: Sequence[str] | None = None,
     assembly: int = -1,
     cutoff: float | None = None,
-    consistent: bool = False,
     units: Mapping[str, str] | None = None,
     columns: Mapping[str, str] | None = None,
     counts_per_turn: object = None,
@@ -77,8 +73,6 @@ def identify(
         Of all filters, Hz. By default, where the motion sinks into its noise, or lower, until that
         noise bends no value by more than 0.1 standard deviations, or too few rows are left. What it
         bends is taken off and counts in the deviations, also at a cut-off that is given.
-    consistent : bool
-        Whether to hold to what bodies can have (see `bodies`).
     units : mapping, optional
         {"q1": "deg"} of columns without one.
     columns : mapping, optional
@@ -185,8 +179,6 @@ def identify(
     labels = [names[k] for k in chosen]
     theta = last.theta
     _refuse_heavy(robot, labels, theta, all(own.is_stated for own, _ in logs), gauges)
-    if consistent:
-        theta = nearest_bodies(robot, labels, theta, last.cov)
     values = dict(zip(labels, theta.tolist()))
     full_sd = dict(zip([names[column] for column in told], np.sqrt(np.diag(full.cov))))
     result = _robot(robot, sought, values, full_sd)
@@ -218,7 +210,6 @@ def identify(
         t=rows.t,
         tau=_shown(rows, rows.tau + by_known),
         predicted=_shown(rows, by_known + rows.W[:, :, chosen] @ theta),
-        bodies=consistent,
     )
     if validate is None:
         return identified
@@ -337,8 +328,7 @@ def _robot(robot, sought, values, full_sd):
         if unsure:
             raise ValueError(
                 f"this log does not tell {', '.join(unsure)} from what no robot has, less than 0:"
-                " log longer or faster motions, name only what the robot has as unknown, or hold to"
-                " what bodies can have by consistent=True"
+                " log longer or faster motions, or name only what the robot has as unknown"
             ) from None
         raise ValueError(
             f"the log asks for parameters that no robot has ({error}): its torques, modes or"

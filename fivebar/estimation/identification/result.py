@@ -72,8 +72,6 @@ class Identification(Plotted):
         Cut-off of the filters, Hz.
     correlation : (k, k) array
         Correlations of the chosen parameters.
-    bodies : bool
-        Whether the parameters were held to those that bodies can have.
     t, tau, predicted : (n,), (n, 2) and (n, 2) arrays
         The filtered rows, s and N m; nan where a row does not count.
     validation : Validation, optional
@@ -102,7 +100,6 @@ class Identification(Plotted):
     p_value: float
     cutoff: float
     correlation: ndarray
-    bodies: bool = False
     validation: Validation | None = None
     t: ndarray = field(default_factory=lambda: np.zeros(0))
     tau: ndarray = field(default_factory=_no_rows)
