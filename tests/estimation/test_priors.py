@@ -65,7 +65,7 @@ def test_advised_priors_predict_better_on_ruler_data():
         if advised:
             assert tuple(advised) == LENGTHS and "more exactly with --prior l11=" in str(full)
     full, chosen, known = np.median(errors, axis=0)
-    assert chosen < 0.5 * full and 0.7 * chosen < known < chosen
+    assert chosen < 0.5 * full and chosen == pytest.approx(known, rel=0.1)
     assert np.mean([e[1] <= e[0] for e in errors]) > 0.85
 
 
@@ -80,7 +80,7 @@ def test_no_priors_are_advised_about_what_these_rows_gave():
         advised.append(first.advised_priors)
         start = {name: first.values[name] for name in NAMES if name not in LENGTHS}
         again = fb.calibrate(first.robot, data, NAMES, start=start, **options)
-        assert again.advised_priors == {} and "too few" not in str(again)
+        assert again.advised_priors == {} and "workshop" not in str(again)
     assert any(advised)
 
 
@@ -89,7 +89,7 @@ def test_many_exact_points_bear_all_unknowns():
     for _ in range(20):
         data = measured(twin(rng, LAB, NAMES), 40, rng, 1e-5)
         found = fb.calibrate(LAB, data, NAMES, sigma=1e-5)
-        assert found.advised_priors == {} and "too few" not in str(found)
+        assert found.advised_priors == {} and "workshop" not in str(found)
 
 
 @pytest.mark.deep

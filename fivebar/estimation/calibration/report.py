@@ -43,8 +43,8 @@ def report(found: Calibration) -> str:
         sigma = "" if found.absolute else f"--sigma {scatter:.2g} "
         notes.insert(
             0,
-            f"these are too few or too rough data for {len(found.unknown)} unknowns: the robot is"
-            f" expected to go where it should more exactly with {sigma}--prior {words}, or with"
+            "these data tell lengths no better than a workshop makes them: a robot that is built as"
+            f" it is drawn goes where it should more exactly with {sigma}--prior {words}, or with"
             " what you know of its lengths",
         )
     for name, known in zip(found.unknown, found.prior):

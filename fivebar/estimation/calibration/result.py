@@ -37,8 +37,7 @@ from .measured_robot import (
 from .outliers import leave_one_out_error, outlying_rows
 from .rows import MeasuredRows
 
-# Of lengths beforehand, in mean bars: no workshop's tolerance is below a thousandth.
-DEVIATIONS = np.geomspace(1e-3, 1.0, 61)
+TOLERANCE = 3e-3  # of a mean bar: a workshop's, as ISO 2768-m has it for bars of 100 mm
 EXACT = 1e-12  # of a mean bar: smaller misses are rounding
 CHANCE = 1e-3  # probability below which nothing is taken for chance
 KIND = "calibration of a five-bar"
@@ -326,48 +325,19 @@ class Calibration(Plotted):
 
     @cached_property
     def advised_priors(self) -> dict[str, float]:
-        """{length: standard deviation about its start, m}: with these priors the robot is expected
-        to go more exactly where it should. {} where they count for less than one length, where
-        rows are outlying, or where the start is nearer to the fit than sigma lets any other start
-        be: then it is of these very rows, or sigma is too large.
+        """{length: standard deviation about its start, m}: a workshop's tolerance.
 
-        One deviation is taken for all unknown lengths, the most probable one given the data: with
-        e the weighted errors at the start and s the singular values of their derivatives by the
-        lengths, both free of what the other unknowns explain, it has the least sum of
-        e^2 / (1 + d^2 s^2) + log(1 + d^2 s^2). So many combinations are told as the sum of
-        d^2 s^2 / (1 + d^2 s^2) says, of as many as there are s.
-
-        References
-        ----------
-        MacKay: Bayesian interpolation, Neural Computation 4, 1992.
+        {} where the data tell all lengths better, where priors are given, where rows are wrong, or
+        where the start is what these very rows gave.
         """
-        lengths = [k for k, name in enumerate(self.unknown) if name in LENGTHS]
-        if not (lengths and 0 < self.variance < np.inf) or self.prior.any() or self.outliers:
+        tolerance = TOLERANCE * float(np.mean(self.start[:4]))
+        lengths = [name for name in self.unknown if name in LENGTHS]
+        moved = {name: abs(self.values[name] - self.start[PLACE[name]]) for name in lengths}
+        poor = [name for name in lengths if tolerance < self.sd[name] < np.inf]
+        from_drawing = any(moved[name] > 1e-3 * self.sd[name] for name in poor)
+        if not from_drawing or self.prior.any() or self.fits is False or self.outliers:
             return {}
-        off, jacobian = self._residuals
-        jacobian = jacobian / np.sqrt(self.variance)
-        back = (self.start - self.p)[self.free] / self.sizes
-        e = off / np.sqrt(self.variance) + jacobian @ back
-        own = jacobian[:, lengths]
-        if len(lengths) < len(self.unknown):
-            others, s, _, tolerance = spectrum(np.delete(jacobian, lengths, axis=1))
-            others = others[:, : len(s)][:, s > tolerance]
-            own = own - others @ (others.T @ own)
-        left, s, _, tolerance = spectrum(own)
-        told_by = s > tolerance
-        left = left[:, : len(s)][:, told_by]
-        s = s[told_by]
-        squares = (left.T @ e) ** 2
-        if chdtrc(len(s), squares.sum()) > 1 - CHANCE:
-            return {}
-        growth = (DEVIATIONS[:, None] * s) ** 2
-        misfit = squares / (1 + growth) + np.log1p(growth)
-        best = int(misfit.sum(axis=1).argmin())
-        told = float((growth[best] / (1 + growth[best])).sum())
-        if told > len(s) - 1:
-            return {}
-        deviation = float(DEVIATIONS[best] * self.sizes[lengths[0]])
-        return dict.fromkeys([self.unknown[k] for k in lengths], deviation)
+        return dict.fromkeys(lengths, tolerance)
 
     @cached_property
     def outliers(self) -> dict[str, float]:
