@@ -26,7 +26,7 @@ from fivebar.estimation.identification.regressor import linear_names, regressor
 from fivebar.estimation.identification.samples import Samples
 from fivebar.estimation.logs import replays
 from fivebar.estimation.logs.derivatives import derivatives
-from fivebar.estimation.logs.replays import _by_torques, _reference_through, _stretches
+from fivebar.estimation.logs.replays import _simulated, _stretches
 
 ROBOT = fb.FiveBar()
 NAMES = linear_names(ROBOT)
@@ -320,19 +320,6 @@ def test_stretches_of_a_run_are_where_time_goes_on():
     assert ends(0.01) == [(0, 4), (4, 10), (10, 14), (14, 18)]
 
 
-def test_a_reference_goes_through_the_rows():
-    t = np.linspace(0.0, 1.0, 30)
-    xi = np.stack([np.sin(2 * t), np.cos(3 * t)], axis=1)
-    path = _reference_through(t, xi)
-    values = path(t)
-    assert values[0] == pytest.approx(xi, abs=1e-9)
-    inner = slice(3, -3)
-    assert values[1][inner, 0] == pytest.approx(2 * np.cos(2 * t)[inner], abs=1e-4)
-    assert values[2][inner, 1] == pytest.approx(-9 * np.cos(3 * t)[inner], abs=1e-2)
-    few = _reference_through(t[:4], xi[:4])
-    assert few(t[:4])[0] == pytest.approx(xi[:4], abs=1e-12)
-
-
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 def test_any_motion_covers_the_workspace_of_a_biglide_of_any_size(size):
     robot = fb.Biglide(0.3 * size, 0.3 * size, 0.4 * size)
@@ -356,7 +343,7 @@ def test_torques_of_uneven_rows_are_interpolated(monkeypatch, held):
     xi = np.tile((0.0, 0.12), (n, 1))
     tau = np.stack([t - 3.0, 1.0 - 5.0 * (t - 3.0)], axis=1)
     run = SimpleNamespace(t=t, tau=tau, q=q, q_dot=0.0 * q, xi=xi)
-    law, options = _by_torques(run, ROBOT, slice(0, n), held)
+    law, options = _simulated(run, ROBOT, slice(0, n), held)
     assert options["duration"] == pytest.approx(even[-1])
     assert options["step"] == options["control_period"] == pytest.approx(step)
     assert options["start"].pose.xi == pytest.approx((0.0, 0.12))

@@ -14,7 +14,6 @@ from fivebar.estimation.calibration.poses import _exchanged, _modes
 from fivebar.estimation.calibration.report import _table
 from fivebar.estimation.identification.filtering import RegressionRows
 from fivebar.estimation.identification.regression import fit
-from fivebar.estimation.logs.replays import _smooth
 from tests.helpers.twins import LAB, measured, twin
 
 
@@ -52,16 +51,6 @@ def test_exchanged_poses_are_about_the_best_of_all(seed):
     chosen = _exchanged(jacobian, 4)
     assert len(set(chosen)) == 4
     assert det(chosen) > 0.9 * max(map(det, combinations(range(12), 4)))
-
-
-def test_smoothed_positions_are_nearer_the_truth_to_their_ends():
-    t = np.linspace(0.0, 1.0, 401)
-    truth = np.stack([np.cos(6 * t), np.sin(5 * t)], axis=1) * 0.1
-    noisy = truth + 1e-4 * np.random.default_rng(3).normal(size=truth.shape)
-    smooth = _smooth(noisy, t[1])
-    for part in (slice(0, 40), slice(-40, None), slice(40, -40)):
-        assert (smooth[part] != noisy[part]).all()
-        assert np.abs(smooth - truth)[part].mean() < 0.8 * np.abs(noisy - truth)[part].mean()
 
 
 def rows_of(scale=1.0, seed=1):

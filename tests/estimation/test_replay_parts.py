@@ -8,7 +8,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.estimation.logs import replays
-from fivebar.estimation.logs.replays import Replay, _smooth, _start
+from fivebar.estimation.logs.replays import Replay, _start
 from fivebar.simulation.run import Event
 from fivebar.singularities.margins import Singularity
 
@@ -41,7 +41,7 @@ def test_figures_of_a_replay_are_those_of_its_distances():
     tau = RUN.tau + np.array([0.5, -0.25])
     tau[9] = np.nan
     simulated = run_of(xi=xi, tau=tau, q=RUN.q + (2 * np.pi, 0.125))
-    found = Replay(RUN, simulated, "torques", ("a note",))
+    found = Replay(RUN, simulated, ("a note",))
     far = 5e-6 * np.delete(np.linspace(0.0, 1.0, N), 7)
     rms = np.sqrt((far**2).mean())
     assert found.figures == pytest.approx(
@@ -51,12 +51,10 @@ def test_figures_of_a_replay_are_those_of_its_distances():
     assert found.q_difference == pytest.approx(np.tile((0.0, 0.125), (N, 1)))
     assert found.tau_difference[3] == pytest.approx((0.5, -0.25))
     size = f"apart {1e6 * rms:.4g} um rms, 5 um at most"
-    assert repr(found) == f"<Replay: of the torques, {size}>"
-    assert (
-        str(found) == f"replay of the torques: {size}\ntorques apart 0.5 and 0.25 N m rms\na note"
-    )
+    assert repr(found) == f"<Replay: {size}>"
+    assert str(found) == f"replay: {size}\ntorques apart 0.5 and 0.25 N m rms\na note"
     assert found.runs == {"measured": RUN, "simulated": simulated}
-    without = Replay(RUN, run_of(xi=xi, tau=np.full_like(tau, np.nan)), "reference")
+    without = Replay(RUN, run_of(xi=xi, tau=np.full_like(tau, np.nan)))
     assert "torques apart nan and nan N m rms" in str(without) and without.notes == ()
 
 
@@ -111,14 +109,13 @@ def with_gap():
     return replace(RUN, t=t)
 
 
-@pytest.mark.parametrize("by", ["torques", "reference"])
-def test_rows_of_a_replay_are_those_of_its_simulations(monkeypatch, by):
+def test_rows_of_a_replay_are_those_of_its_simulations(monkeypatch):
     """Interpolated at the run's times; torques are held; whole turns and times are the run's."""
     simulate = Simulated()
     monkeypatch.setattr(replays, "simulate", simulate)
     run = replace(with_gap(), q=RUN.q + (4 * np.pi, -2 * np.pi), torque_limit=(3.0, 4.0))
-    found = fb.replay(run, by=by)
-    assert found.by == by and found.measured is run and found.notes == ()
+    found = fb.replay(run)
+    assert found.measured is run and found.notes == ()
     assert len(simulate.asked) == 2
     for first, asked in zip((0, 20), simulate.asked):
         rows = slice(first, first + 20)
@@ -136,30 +133,6 @@ def test_rows_of_a_replay_are_those_of_its_simulations(monkeypatch, by):
     assert [event.t for event in found.simulated.events] == pytest.approx([0.01, run.t[20] + 0.01])
     assert found.simulated.xi_ref is run.xi and found.simulated.torque_limit == (3.0, 4.0)
     assert found.simulated.t is run.t and found.simulated.robot is ROBOT
-
-
-def test_a_reference_is_followed_by_computed_torque_in_the_modes_of_the_run(monkeypatch):
-    simulate = Simulated()
-    monkeypatch.setattr(replays, "simulate", simulate)
-    heavy = replace(ROBOT, m=1.0)
-    fb.replay(run_of(working=(1, -1)), heavy, "reference")
-    (asked,) = simulate.asked
-    assert asked.robot is heavy and asked.law.robot is heavy
-    assert asked.law.working == (1, -1) and asked.law.assembly == asked.start.pose.assembly
-    assert asked.step == pytest.approx(1e-3)  # ten steps of 1 ms in a row
-    points = asked.reference(T)[0]
-    assert points == pytest.approx(RUN.xi, abs=1e-9)
-
-    # Another path that was asked for, another controller, and rows of 0.25 ms.
-    def law(t, q, q_dot, reference):
-        return 0.0, 0.0
-
-    path = RUN.xi + (0.0, 0.001)
-    fast = replace(RUN, t=RUN.t / 40, xi_ref=path)
-    fb.replay(fast, by="reference", controller=law)
-    asked = simulate.asked[1]
-    assert asked.law is law and asked.step == pytest.approx(STEP / 40)
-    assert asked.reference(fast.t)[0] == pytest.approx(path, abs=1e-9)
 
 
 def test_what_cannot_be_simulated_is_told_and_the_rest_is(monkeypatch):
@@ -180,20 +153,5 @@ def test_what_cannot_be_simulated_is_told_and_the_rest_is(monkeypatch):
         ValueError, match="26 rows, in stretches shorter than 4 rows, .* from 0.01 s"
     ):
         fb.replay(replace(RUN, tau=gaps))
-    # The reference needs no torques.
-    monkeypatch.setattr(replays, "simulate", Simulated())
-    assert len(fb.replay(replace(RUN, tau=gaps), by="reference").notes) == 0
-    for options, words in (
-        ({"controller": lambda *_: (0.0, 0.0)}, 'controller needs by="reference"'),
-        ({"robot": fb.Biglide()}, "the run is of a five-bar robot, and robot is a biglide"),
-    ):
-        with pytest.raises(ValueError, match=words):
-            fb.replay(RUN, **options)
-
-
-@pytest.mark.parametrize("rows", [49, 50])
-def test_few_rows_are_not_smoothed(rows):
-    t = STEP * np.arange(rows)
-    xi = np.stack([np.cos(3 * t), np.sin(2 * t)], axis=1)
-    xi += 1e-4 * np.random.default_rng(2).normal(size=xi.shape)
-    assert np.array_equal(_smooth(xi, STEP), xi) == (rows < 50)
+    with pytest.raises(ValueError, match="of a five-bar robot, and robot is a biglide"):
+        fb.replay(RUN, robot=fb.Biglide())

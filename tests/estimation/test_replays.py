@@ -56,21 +56,7 @@ def test_torques_of_a_simulated_run_are_held_after_a_round_trip(tmp_path):
     assert smooth.notes == () and smooth.figures["max_error_m"] < 1e-3
 
 
-def test_a_replay_of_the_reference_needs_other_torques_of_another_robot():
-    light, heavy = (
-        fb.replay(RUN, by="reference"),
-        fb.replay(RUN, replace(ROBOT, m=1.0), "reference"),
-    )
-    assert light.figures["max_error_m"] < 1e-4 and heavy.figures["max_error_m"] < 1e-4
-    assert np.nanstd(heavy.tau_difference) > 10 * np.nanstd(light.tau_difference)
-    without = fb.replay(fb.from_log(RUN.t, *RUN.q.T), by="reference")
-    assert without.figures["max_error_m"] < 1e-4
-    for options, words in (
-        ({"by": "time"}, "by must be one of"),
-        ({"by": "reference", "restart": 0.1}, "restart is for"),
-    ):
-        with pytest.raises(ValueError, match=words):
-            fb.replay(RUN, **options)
+def test_what_is_no_run_and_what_has_no_torques_is_refused():
     with pytest.raises(TypeError, match="a Run, as fb.from_log and fb.Run.from_csv read one, not"):
         fb.replay(fb.line((0.09, 0.068), (0.0, 0.1), 1.0))
     with pytest.raises(ValueError, match="has no torques"):

@@ -681,11 +681,7 @@ CASES = {
         ),
         words=("the log", "a log", "rows", "column", "times", *WORDS_OF_FILES),
     ),
-    "replay": Case(
-        fb.replay,
-        dict(run=RUN, robot=None, by="torques", controller=None, restart=None),
-        words=("the run",),
-    ),
+    "replay": Case(fb.replay, dict(run=RUN, robot=None, restart=None), words=("the run",)),
     "identify": Case(
         fb.identify,
         dict(

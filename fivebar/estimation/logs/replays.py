@@ -1,30 +1,25 @@
-"""Simulate a measured run again: under the same torques, or after the same reference."""
+"""Simulate a measured run again, under the same torques."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy import ndarray
-from scipy.interpolate import make_splrep
 
-from ...base.checks import a_callable, instance, one_of, optional, positive, takes
+from ...base.checks import instance, optional, positive, takes
 from ...base.errors import SingularityError, UnreachableError
 from ...base.presentation import Animated
 from ...base.progress import progress
 from ...base.representation import one_line
 from ...base.robot_uses import robot_for
-from ...control.laws import ComputedTorque
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
 from ...models.robots import Robot
-from ...planning.trajectory import Trajectory
 from ...simulation.run import Run
 from ...simulation.simulate import simulate
-from .derivatives import derivatives, spectrum
 from .logs import LATE
 
 SHORTEST = 4  # rows between gaps that are simulated
@@ -41,19 +36,16 @@ class Replay(Animated):
     simulated : Run
         The simulation at its times; its reference is the measured path, so its error is the
         difference.
-    by : str
-        "torques" or "reference".
     notes : tuple of str
         Where nothing could be simulated, and why.
     """
 
     measured: Run
     simulated: Run
-    by: str
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return one_line("Replay", f"of the {self.by}", self._size())
+        return one_line("Replay", self._size())
 
     def __str__(self) -> str:
         words = self.measured.robot.words
@@ -62,7 +54,7 @@ class Replay(Animated):
         if len(known):
             rms = np.sqrt(np.mean(known**2, axis=0))
         torques = f"{words.effort}s apart {rms[0]:.3g} and {rms[1]:.3g} {words.effort_unit} rms"
-        return "\n".join([f"replay of the {self.by}: {self._size()}", torques, *self.notes])
+        return "\n".join([f"replay: {self._size()}", torques, *self.notes])
 
     def _size(self):
         rms = 1e6 * self.figures["rms_error_m"]
@@ -104,18 +96,10 @@ class Replay(Animated):
 @takes(
     run=instance("Run", what="a Run, as fb.from_log and fb.Run.from_csv read one"),
     robot=optional(robot_for("fb.replay")),
-    by=one_of("torques", "reference"),
-    controller=optional(a_callable),
     restart=optional(positive),
 )
-def replay(
-    run: Run,
-    robot: Robot | None = None,
-    by: str = "torques",
-    controller: Callable | None = None,
-    restart: float | None = None,
-) -> Replay:
-    """Simulate a run again, under the same torques or after the same reference.
+def replay(run: Run, robot: Robot | None = None, restart: float | None = None) -> Replay:
+    """Simulate a run again, under the same torques from its state at the start and after each gap.
 
     Torques of a simulated run are held from row to row. Those of a log are those at their times, or
     held too if the simulation then comes nearer to the run.
@@ -126,13 +110,8 @@ def replay(
         A measured or simulated run.
     robot : FiveBar or Biglide, optional
         The robot that is simulated; the run's own by default.
-    by : "torques" or "reference"
-        Apply the run's torques from its state at the start and after each gap; or follow its xi_ref
-        (or, without one, where it went) under `controller`.
-    controller : callable, optional
-        The controller that follows the reference; computed torque by default.
     restart : float, optional
-        Interval, s, at which the simulation under torques begins again at the measured state.
+        Interval, s, at which the simulation begins again at the measured state.
 
     Returns
     -------
@@ -142,7 +121,7 @@ def replay(
     Raises
     ------
     ValueError
-        Nothing of the run can be simulated, or an option does not go with `by`.
+        Nothing of the run can be simulated.
 
     Examples
     --------
@@ -158,32 +137,22 @@ def replay(
         raise ValueError(
             f"replay: the run is of a {run.robot.words.title}, and robot is a {robot.words.title}"
         )
-    if by == "torques" and controller is not None:
-        raise ValueError('replay: controller needs by="reference"')
-    if by == "reference" and restart is not None:
-        raise ValueError('replay: restart is for by="torques"')
-    needed = [run.q, run.q_dot, run.xi]
-    if by == "torques":
-        if not np.isfinite(run.tau).any():
-            raise ValueError('replay: this run has no torques; by="reference" needs none')
-        needed.append(run.tau)
-    known = np.isfinite(np.hstack(needed)).all(axis=1)
+    if not np.isfinite(run.tau).any():
+        raise ValueError("replay: this run has no torques")
+    known = np.isfinite(np.hstack([run.q, run.q_dot, run.xi, run.tau])).all(axis=1)
     stretches = list(_stretches(known, run.t, restart))
-    replayed = partial(_replayed, run, robot, by, stretches)
-    if by == "reference":
-        return replayed(partial(_by_reference, controller=controller))
-    held = replayed(partial(_by_torques, held=True))
+    held = _replayed(run, robot, stretches, held=True)
     if run.measured is None or run.measured.held:
         return held
-    at_times = replayed(partial(_by_torques, held=False))
+    at_times = _replayed(run, robot, stretches, held=False)
     if at_times.figures["rms_error_m"] <= held.figures["rms_error_m"]:
         return at_times
     words = "each torque is taken as held to the next row, which comes nearer to the run"
     return replace(held, notes=(words, *held.notes))
 
 
-def _replayed(run, robot, by, stretches, simulate_rows):
-    """Return the Replay of stretches of rows, each by simulate_rows(run, robot, rows)."""
+def _replayed(run, robot, stretches, held):
+    """Return the Replay of stretches of rows; each torque is held, or that at its time."""
     values: dict[str, Any] = {
         name: np.full_like(run.q, np.nan) for name in ("q", "q_dot", "xi", "tau")
     }
@@ -196,7 +165,7 @@ def _replayed(run, robot, by, stretches, simulate_rows):
             short.append(rows)
             continue
         try:
-            simulated = simulate_rows(run, robot, rows)
+            simulated = _simulated(run, robot, rows, held)
         except (UnreachableError, SingularityError, ArithmeticError) as error:
             notes.append(f"from {run.t[rows.start]:.6g} s nothing was simulated: {error}")
             continue
@@ -220,7 +189,7 @@ def _replayed(run, robot, by, stretches, simulate_rows):
         torque_limit=run.torque_limit,
         events=tuple(events),
     )
-    return Replay(run, simulated, by, tuple(notes))
+    return Replay(run, simulated, tuple(notes))
 
 
 def _stretches(known, t, restart):
@@ -258,7 +227,7 @@ def _start(run, robot, row):
     return dkm(poses[int(np.nanargmin(distances))], run.q_dot[row])
 
 
-def _by_torques(run, robot, rows, held):
+def _simulated(run, robot, rows, held):
     t = run.t[rows] - run.t[rows.start]
     tau = run.tau[rows]
     step = float(t[-1] / (len(t) - 1))
@@ -279,44 +248,6 @@ def _by_torques(run, robot, rows, held):
         start=_start(run, robot, rows.start),
         control_period=step,
         step=step,
-    )
-
-
-def _by_reference(run, robot, rows, controller):
-    t = run.t[rows] - run.t[rows.start]
-    step = float(t[-1] / (len(t) - 1))
-    xi = _smooth(run.xi[rows], step) if run.xi_ref is None else run.xi_ref[rows]
-    start = _start(run, robot, rows.start)
-    if controller is None:
-        working = tuple(int(mode) or -1 for mode in start.pose.working)
-        controller = ComputedTorque(robot, 400.0, 40.0, working, int(start.pose.assembly))
-    parts = max(int(np.ceil(step / 1e-3 - 1e-9)), 1)  # steps of at most 1 ms
-    return simulate(
-        robot,
-        controller,
-        _reference_through(t, xi),
-        duration=float(t[-1]),
-        start=start,
-        control_period=step,
-        step=step / parts,
-    )
-
-
-def _smooth(xi, step):
-    """Return positions without the noise of their encoders, whose accelerations would be large."""
-    if len(xi) < 50:
-        return xi
-    smooth = derivatives(xi, step, spectrum([xi], step).cutoff, ends=True)[0]
-    return np.where(np.isfinite(smooth), smooth, xi)
-
-
-def _reference_through(t, xi):
-    """Return the Trajectory of quintic splines through the rows, cubic ones of few rows."""
-    splines = [make_splrep(t, column, k=min(5, len(t) - 1), s=0) for column in xi.T]
-    for order in (1, 2):
-        splines += [spline.derivative(order) for spline in splines[:2]]
-    return Trajectory(
-        0.0, float(t[-1]), lambda now: np.stack([spline(now) for spline in splines], axis=-1)
     )
 
 

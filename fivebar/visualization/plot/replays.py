@@ -24,7 +24,7 @@ def draw_replay(replay: Replay, sheet: Sheet) -> Figure:
     figure, (path, top, *motors) = sheet.mosaic(rows, (12, 7), over_t, width_ratios=(1, 1.2))
     draw_points(path, "path.measured", measured.xi)
     draw_points(path, "path.simulated", simulated.xi)
-    plane(path, 2, f"end-effector; simulated by the {replay.by}")
+    plane(path, 2, "end-effector")
     path.set_aspect("equal", adjustable="datalim")
     size = np.hypot(*replay.difference.T)
     scale, unit = readable(np.nanmax(size), "m")
