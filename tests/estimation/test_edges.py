@@ -14,7 +14,6 @@ from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE, sizes,
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.estimation.calibration.starts import _counted
 from fivebar.estimation.identification.dependent_columns import independent
-from fivebar.estimation.identification.filtering import spikes
 from fivebar.estimation.logs.derivatives import derivatives, half_window, spectrum
 from fivebar.estimation.logs.logs import evenly, read_log
 from tests.helpers.twins import HOME, LAB, measured, poses, seen, twin
@@ -170,21 +169,6 @@ def test_a_piece_needs_one_row_with_a_whole_window():
     for rows, known in ((2 * n - 1, 0), (2 * n, 0), (2 * n + 1, 1)):
         for each in derivatives(q[:rows], 0.01, 5.0):
             assert each.shape == (rows, 2) and np.isfinite(each).all(axis=1).sum() == known
-
-
-def test_a_spike_is_one_row_of_a_hundred_and_of_seven_at_least():
-    column = np.sin(np.linspace(0.0, 3.0, 100))
-    column[40] += 5.0
-    assert np.flatnonzero(spikes(column)).tolist() == [40]
-    column[60] -= 5.0
-    assert not spikes(column).any()
-    column = np.full(700, np.nan)
-    column[100:106] = 0.0
-    column[103] = 9.0
-    assert not spikes(column).any()
-    column[106] = 0.0
-    assert np.flatnonzero(spikes(column)).tolist() == [103]
-    assert not spikes(np.ones(50)).any()
 
 
 def test_two_rows_are_a_log_and_four_are_put_on_a_grid():

@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 import fivebar as fb
-from fivebar.estimation.identification.filtering import RegressionRows, at_limit, filtered, spikes
+from fivebar.estimation.identification.filtering import RegressionRows, at_limit, filtered
 from fivebar.estimation.identification.regression import (
     RegressionFit,
     fit,
@@ -17,6 +17,7 @@ from fivebar.estimation.identification.regression import (
     smallest,
     spread,
 )
+from fivebar.estimation.logs.logs import off_their_neighbours
 
 ROBOT = fb.FiveBar()
 STEP, CUTOFF = 2e-3, 10.0
@@ -85,21 +86,19 @@ def test_rows_of_white_noise_are_as_noisy_as_said_where_few_samples_count_too():
     assert abs(np.mean(noise[1:] * noise[:-1])) < 0.2 * noise.var()
 
 
-def test_spikes_are_few_rows_far_from_their_neighbours():
+@pytest.mark.parametrize("size", [0.05, 0.3, 5.0])
+def test_wrong_torques_are_up_to_three_rows_far_from_their_neighbours(size):
     t = np.linspace(0.0, 1.0, 400)
-    wave = np.sin(2 * np.pi * t)
-    for size, found in ((0.9, True), (0.3, False)):
-        column = wave.copy()
-        column[[50, 51, 300]] += size
-        column[120] = np.nan
-        assert np.flatnonzero(spikes(column)).tolist() == ([50, 51, 300] if found else [])
-    many = wave.copy()
-    many[::50] += 3.0
-    assert not spikes(many).any()
-    step = np.where(t < 0.5, 0.0, 1.0)
-    assert not spikes(step).any()
-    assert not spikes(np.array([0.0, 0.0, 9.0, 0.0, 0.0, 0.0])).any()
-    assert spikes(np.array([np.nan] * 200 + [0.0] * 50 + [9.0] + [0.0] * 50)).sum() == 1
+    tau = np.stack([np.sin(2 * np.pi * t), np.cos(5 * t)], axis=1)
+    tau[120] = np.nan
+    assert not off_their_neighbours(tau).any()
+    tau[[50, 51, 300], [0, 0, 1]] += size
+    assert np.flatnonzero(off_their_neighbours(tau)).tolist() == [50, 51, 300]
+    tau[::50] += size
+    assert not off_their_neighbours(tau).any()
+    assert np.flatnonzero(off_their_neighbours(tau[260:350])).tolist() == []
+    tau[90:] = np.nan
+    assert not off_their_neighbours(tau[:100]).any()
 
 
 def test_torques_that_stay_at_their_extreme_are_at_a_limit():

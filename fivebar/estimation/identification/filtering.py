@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from scipy.ndimage import binary_opening, median_filter
+from scipy.ndimage import binary_opening
 from scipy.signal import firwin, kaiserord, upfirdn
 
 RIPPLE = 60.0  # dB
@@ -71,23 +71,6 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> RegressionR
         rows += len(at)
     W, tau, keep, t, cover = (np.concatenate(part) for part in zip(*parts))
     return RegressionRows(W, tau, keep, t, cover, tuple(breaks), float(np.linalg.norm(kernel)))
-
-
-def spikes(column: ndarray) -> ndarray:
-    """Return where (n,) a few rows leave those around them, as no step or peak of a motion does.
-
-    They are far from the median of the 7 rows about them: 30 times the usual distance and a quarter
-    of the range. None where more than 1 % are.
-    """
-    known = np.isfinite(column)
-    if known.sum() < 7:
-        return np.zeros(len(column), dtype=bool)
-    filled = np.interp(np.arange(len(column)), np.flatnonzero(known), column[known])
-    smooth = median_filter(filled, 7, mode="nearest")
-    distance = np.abs(filled - smooth)
-    limit = max(30.0 * np.median(distance), 0.25 * np.ptp(smooth))
-    found = known & (distance > limit)
-    return found & (found.mean() <= 0.01)
 
 
 def at_limit(tau: ndarray, low: ndarray, high: ndarray) -> ndarray:

@@ -17,8 +17,8 @@ from ...models.robots import Robot
 from ...simulation.bags import is_bag
 from ...simulation.run import Run
 from ..logs.derivatives import HIGHEST, derivatives, half_window, spectrum
-from ..logs.logs import Gauges, Log, evenly, read_log
-from .filtering import RegressionRows, at_limit, filtered, spikes
+from ..logs.logs import Gauges, Log, evenly, off_their_neighbours, read_log
+from .filtering import RegressionRows, at_limit, filtered
 from .regressor import linear_names, regressor
 
 SINGULAR = 0.1  # |det A| below which errors of the joints become torques
@@ -148,7 +148,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     }
     for (t, pairs), (W, _, good) in zip(long, regressors):
         tau = pairs["tau"]
-        off = np.stack([spikes(column) for column in tau.T], axis=1)
+        off = off_their_neighbours(tau)[:, None]
         limited = at_limit(tau, lowest, highest_tau)
         for out, times in zip((off, limited), left_out.values()):
             times += t[out.any(axis=1)].tolist()

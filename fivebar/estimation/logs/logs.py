@@ -311,24 +311,26 @@ def _check_rates(t, pairs, robot, notes):
                 )
 
 
-def off_their_neighbours(q: ndarray) -> ndarray:
-    """Return where (n,) up to 3 rows of positions (n, 2) are off those on both sides.
+def off_their_neighbours(values: ndarray) -> ndarray:
+    """Return where (n,) up to 3 rows of positions or torques (n, 2) are off those on both sides.
 
     Their distance from the median of 7 rows is at most twice the largest second difference of a
     motion that is sampled well. The largest of these differences are left aside: a wrong row makes
     up to 6. None are off where more than 1 % would be.
     """
-    aside = 18 + len(q) // 200
-    if len(q) < 5 * aside:
-        return np.zeros(len(q), dtype=bool)
+    aside = 18 + len(values) // 200
+    known = np.isfinite(values).all(axis=1)
+    if known.sum() < 5 * aside:
+        return np.zeros(len(values), dtype=bool)
+    rows = np.arange(len(values))
+    q = np.stack([np.interp(rows, rows[known], each[known]) for each in values.T], axis=1)
     limit = 5.0 * np.sort(np.abs(np.diff(q, 2, axis=0)), axis=0)[-aside]
     expected = median_filter(q, (7, 1), mode="nearest")
     off = (np.abs(q - expected) > limit).any(axis=1)
-    rows = np.arange(len(q))  # a wrong row moves the medians of those about it, too
-    for k in (0, 1):
+    for k in (0, 1):  # a wrong row moves the medians of those about it, too
         expected[:, k] = np.interp(rows, rows[~off], q[~off, k])
     off &= (np.abs(q - expected) > limit).any(axis=1)
-    return off & (off.mean() <= 0.01)
+    return off & known & (off.mean() <= 0.01)
 
 
 def _leave_out(table, rows, out, what, notes):
