@@ -97,6 +97,9 @@ def _grade(arguments):
         return hand_out(arguments, lab, secret)
     if not arguments.submission:
         raise UsageError("what is to be graded? Name a file or a folder")
+    for path in arguments.submission:
+        if not path.exists():
+            raise UsageError(f"no file or folder {str(path)!r}")
     seed = arguments.seed or (hidden_seed(secret, lab.name) if secret else None)
     if _holds_hand_ins(arguments, lab):
         reports = grade_folders(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
@@ -182,7 +185,8 @@ def _graded(arguments, lab, how, home=False):
                 print_message(f"{each.name}: {error}")
                 troubles[each] = str(error)
                 continue
-            raise UsageError(f"{path}: {error}{listed(left)}") from None
+            there = "" if programs else listed(left)
+            raise UsageError(f"{path}: {error}{there}") from None
     graded = [program for chosen in versions.values() for program in chosen]
     for program in graded:
         if program.path != path:

@@ -32,6 +32,11 @@ def grade_folders(arguments, lab, secret, seed, limit, hints_from):
     if arguments.gradebook:  # what is wrong with it is better known now
         book = Gradebook(arguments.gradebook, lab, arguments.column)
     settings = read_settings(out)
+    if settings.due and settings.late_percent and not book and (out / "gradebook.csv").exists():
+        raise UsageError(
+            f"{out / 'course.toml'} takes points off for late days, and when each was handed in is"
+            " in the learning platform's sheet: give it again, --gradebook FILE"
+        )
     course = Course(lab, out, settings, book)
     course.find(arguments.submission, arguments.file, secret is not None)
     _print_ignored(course.ignored)

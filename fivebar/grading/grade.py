@@ -35,6 +35,7 @@ _OPTIONS = (
 ).split()
 OTHER_ROBOT = "The constants of your file are another robot's"
 OTHER_LAB = "This is the file of"
+OF_ANOTHER = OTHER_ROBOT, OTHER_LAB
 _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
 
@@ -43,7 +44,9 @@ def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> 
     is shown a bar.
     """
     checks = Checks(program, seed)
-    checks.explains = not _other_lab(lab, program)
+    # With another robot's numbers all is wrong, and no search finds more than that.
+    notes = () if lab.hides_robot else _notes(lab, program.robot_in(lab), program)
+    checks.explains = not any(note.startswith(OF_ANOTHER) for note in notes)
     with (
         _alone(lab),
         progress(unit=" checks", leave=False) if watched else nullcontext() as checks.bar,

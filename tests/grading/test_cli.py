@@ -94,6 +94,7 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
             "--time-limit must be finite and > 0, not 0",
         ),
         (["grade", "lab1"], "Name a file or a folder"),
+        (["grade", "lab1", "none", "--out", "o"], "no file or folder 'none'"),
         (["grade", "lab1", "."], "needs --out DIR"),
         (
             ["grade", "lab1", ".", "--out", "o", "--jobs", "0"],

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from fivebar.base.errors import UsageError
 from fivebar.cli import main
 from fivebar.grading import grade as graded
 from fivebar.grading.course import cohort as cohort_module
@@ -155,9 +156,10 @@ def test_what_is_graded_again(labs, folder, tmp_path):
     assert (
         begin(Cohort(lab, out, None, None, "process", None)).seed == first.seed
     )  # of the earlier run
-    assert (
-        begin(Cohort(lab, out, first.seed, b"a secret", "process", None)).done(entry) is None
-    )  # another robot
+    with_secret = Cohort(lab, out, first.seed, b"a secret", "process", None)
+    assert with_secret.done(entry) is None  # another robot
+    with pytest.raises(UsageError, match="graded with another secret, or without one"):
+        begin(with_secret)
     assert begin(Cohort(lab, out, "other", None, "process", None)).done(entry) is None
     first.file(entry, ".json").write_text("{}", encoding="utf-8")
     assert first.done(entry) is None
@@ -180,6 +182,7 @@ def wait_for(condition, seconds=60):
 # The command, which goes no further than to the third result until it is interrupted.
 HELD = """import signal, sys, threading
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores it
+from fivebar.base.errors import UsageError
 from fivebar.cli import main
 from fivebar.grading.course import cohort
 write, stop, stopped = cohort.write_whole, cohort.Workers.stop, threading.Event()

@@ -151,6 +151,7 @@ def test_a_mark_waits_for_what_is_not_yet_marked_by_hand(course, tmp_path):
     [
         ({"adjust": {"anna": "two"}}, "anna: adjust is 'two', which is no number"),
         ({"report /5": {"anna": "5/5"}}, "anna: report /5 is '5/5'"),
+        ({"extra days": {"anna": "-1"}}, "anna: extra days is -1, and must be at least 0"),
     ],
 )
 def test_a_cell_that_is_no_number_is_told(course, tmp_path, columns, message):
@@ -206,6 +207,10 @@ def test_moodles_own_times_and_a_sheet_of_which_only_the_marks_change(course, tm
     assert course(options=["--gradebook", sheet])[0] == 0
     filled = (tmp_path / "out" / "gradebook.csv").read_bytes().decode()
     assert filled == WORKSHEET.replace('Ü",,', 'Ü",9,').replace("3.00", "10")
+    marks = rows(tmp_path / "out" / "marks.csv")
+    code, err = course()
+    assert code == 2 and "give it again, --gradebook FILE" in err
+    assert rows(tmp_path / "out" / "marks.csv") == marks
     with zipfile.ZipFile(tmp_path / "out" / "feedback.zip") as archive:
         assert archive.namelist() == [
             "Ada Ü_11_assignsubmission_file_/elbow.html",

@@ -19,10 +19,10 @@ from ...base.progress import progress
 from ...base.representation import printable
 from ...base.tables import STRANGE
 from ...base.workers import first_done
-from ..grade import OTHER_LAB, OTHER_ROBOT, job_hash
+from ..grade import OF_ANOTHER, job_hash
 from ..intake.cohort_folder import Entry
 from ..intake.program import Job
-from ..intake.students_robots import robot_for
+from ..intake.students_robots import hidden_seed, robot_for
 from ..judging.results import Report
 from ..labs import Lab
 from ..report.outputs import file_name, write_whole
@@ -84,23 +84,33 @@ class Cohort:
 
 
 def begin(cohort: Cohort) -> Cohort:
-    """Return the Cohort with the seed of its folder's earlier run where it has none."""
+    """Return the Cohort with the seed of its folder's earlier run where it has none.
+
+    Lab and secret must be the same.
+    """
     lab, out, seed = cohort.lab, cohort.out, cohort.seed
     (out / "students").mkdir(parents=True, exist_ok=True)
     state = out / STATE
+    own = hidden_seed(cohort.secret, lab.name) if cohort.secret else ""
     if state.exists():
         try:
             known = json.loads(state.read_text(encoding="utf-8"))
             earlier, known_seed = str(known["lab"]), str(known["seed"])
+            same = known.get("secret", own) == own
         except STRANGE:
             raise UsageError(
                 f"{state} is not what an earlier run left there: give another --out"
             ) from None
         if earlier != lab.name:
             raise UsageError(f"{out} holds results of {earlier}: give another --out")
+        if not same:
+            raise UsageError(
+                f"{out} was graded with another secret, or without one, for other robots: give the"
+                " same --secret-file, or another --out"
+            )
         seed = seed or known_seed
     seed = seed or os.urandom(8).hex()
-    write_whole(state, json.dumps({"lab": lab.name, "seed": seed}) + "\n")
+    write_whole(state, json.dumps({"lab": lab.name, "seed": seed, "secret": own}) + "\n")
     return replace(cohort, seed=seed)
 
 
@@ -170,7 +180,7 @@ def trouble_of(report: Report) -> str:
     """Return what an instructor wants to hear at once of a submission, "" where nothing."""
     if report.ungraded or report.trouble:
         return report.ungraded or report.trouble
-    if other := [note for note in report.notes if note.startswith((OTHER_ROBOT, OTHER_LAB))]:
+    if other := [note for note in report.notes if note.startswith(OF_ANOTHER)]:
         return other[0]
     lost = [check.reason for check in report.checks if check.reason in SERIOUS]
     return ", ".join(f"{lost.count(reason)} × {reason}" for reason in dict.fromkeys(lost))

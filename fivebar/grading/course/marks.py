@@ -143,6 +143,8 @@ class Table:
         value = number_in(text)
         if text and value is None:
             raise UsageError(f"{self.path}, {student}: {title} is {text!r}, which is no number")
+        if value is not None and value < 0 and title != ADJUST:
+            raise UsageError(f"{self.path}, {student}: {title} is {text}, and must be at least 0")
         return value
 
     def out_of(self) -> dict[str, float]:
@@ -255,7 +257,7 @@ def _line(cells, sign):
 def _state(results, most, parts):
     """Return "graded", or what keeps a student from a mark or is to be known of it."""
     if not results:
-        return "nothing to grade"
+        return "no hand-in of this name"
     ungraded = []
     absent = []
     for lab in most:

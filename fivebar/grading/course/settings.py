@@ -79,7 +79,9 @@ def read_settings(out: Path) -> Settings:
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{path}: {error}") from None
+        raise UsageError(
+            f"{path}: {error}; a time reads 2027-01-31 18:00:00, a number 10.5"
+        ) from None
     for name in found:
         if name not in Settings.__dataclass_fields__:
             known = ", ".join(Settings.__dataclass_fields__)
