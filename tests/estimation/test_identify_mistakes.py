@@ -38,7 +38,7 @@ def spoilt(values, *rows):
         (
             {"tau": -TAU},
             {},
-            "with an inertia below 0. Is t in ms. Has q or tau of a motor the wrong sign",
+            "comes out, and no robot has less than 0. Has q or tau of a motor the wrong sign",
         ),
         ({"t": 1e3 * T}, {}, "t has no unit, and its steps are 1: is t in ms"),
         ({"t": 30 * T}, {}, "zz1 = .* comes out, as of a robot of .* kg. Is t in ms"),
@@ -130,6 +130,14 @@ def test_a_file_that_says_no_units_is_taken_in_SI_units_where_it_says_so():
     assert "the velocities are all 0: they are not used" in found.notes
     named = fb.identify(ROBOT, a_file("t (s),q1 (rad),q2 (rad),tau1 (N m),tau2 (N m)"))
     assert not named.notes and named.values["m"] == found.values["m"]
+
+
+def test_velocities_with_gaps_are_left_out():
+    """A filter needs all rows about one: a fifth of them blank had left no row."""
+    with_gaps = np.where(np.arange(len(T))[:, None] % 5 == 0, np.nan, RATES)
+    found = fb.identify(ROBOT, LOG | {"q_dot": with_gaps})
+    assert f"the velocities are missing in {-(-len(T) // 5)} rows: they are not used" in found.notes
+    assert found.values == fb.identify(ROBOT, LOG).values
 
 
 def test_gravity_that_the_robot_does_not_have_is_asked_about():

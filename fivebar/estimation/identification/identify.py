@@ -173,12 +173,13 @@ def identify(
     whole[told] = full.theta
     # A model that lacks what is left out below would take a part of the delay.
     delay = lateness(longest, told, full.theta, known)
-    beyond = beyond_the_model(robot, longest, told, whole, full, delay)
+    beyond = beyond_the_model(robot, longest, whole, full, delay)
     chosen, last = _smallest_model(robot, rows, told, full)
     out = [k for k, column in enumerate(told) if column not in chosen]
     labels = [names[k] for k in chosen]
     theta = last.theta
-    _refuse_heavy(robot, labels, theta, all(own.is_stated for own, _ in logs), gauges)
+    is_stated = all(own.is_stated for own, _ in logs)
+    _refuse_impossible(robot, labels, theta, np.sqrt(np.diag(last.cov)), is_stated, gauges)
     values = dict(zip(labels, theta.tolist()))
     full_sd = dict(zip([names[column] for column in told], np.sqrt(np.diag(full.cov))))
     result = _robot(robot, sought, values, full_sd)
@@ -267,10 +268,16 @@ def _refuse_few(rows, found, least):
         )
 
 
-def _refuse_heavy(robot, names, theta, is_stated, gauges):
+def _refuse_impossible(robot, names, theta, sd, is_stated, gauges):
     """Refuse masses that no robot on a desk has; without units, those that others make usual."""
     bar = max(robot.distal)
-    for name, value in zip(names, theta):
+    for name, value, deviation in zip(names, theta, sd):
+        if name in ladder(robot)["masses"] and value < -SURE * deviation:
+            raise ValueError(
+                f"{name} = {value:.3g} ± {deviation:.2g} comes out, and no robot has less than 0."
+                " Has q or tau of a motor the wrong sign, are the motors exchanged? Are the"
+                " lengths, the assembly mode and the offset of q those of this robot?"
+            )
         mass = value / bar ** POWERS.get(name[:2], 0)
         if name[0] in "mz" and mass > (HEAVIEST if is_stated else DOUBTFUL):
             given = ""

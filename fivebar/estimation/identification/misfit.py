@@ -11,7 +11,6 @@ from ...models.robots import Robot
 from .dependent_columns import independent
 from .filtering import filtered
 from .regression import RegressionFit, fit
-from .regressor import ladder, linear_names
 from .samples import Samples
 
 MUCH = 0.01  # of the torque's rms, and
@@ -53,12 +52,7 @@ def lateness(sample: Samples, told: list[int], theta: ndarray, known: ndarray) -
 
 
 def beyond_the_model(
-    robot: Robot,
-    sample: Samples,
-    told: list[int],
-    theta: ndarray,
-    full: RegressionFit,
-    delay: Delay,
+    robot: Robot, sample: Samples, theta: ndarray, full: RegressionFit, delay: Delay
 ) -> list[str]:
     """Return sentences on what the log shows besides the model.
 
@@ -68,12 +62,10 @@ def beyond_the_model(
         The robot.
     sample : Samples
         The log.
-    told : list of int
-        The columns that the log tells.
     theta : (p,) array
         The values of all parameters.
     full : RegressionFit
-        The fit of these columns.
+        The fit of the columns that the log tells.
     delay : Delay
         That of its torques.
 
@@ -95,19 +87,15 @@ def beyond_the_model(
             f"the {efforts} come {1e3 * abs(late):.3g} ± {1e3 * sd:.1g} ms too {word} for the"
             " motion: shift their times"
         )
-    inertias = map(linear_names(robot).index, ladder(robot)["masses"][:2])
-    surely = full.theta < -SURE * np.sqrt(np.diag(full.cov))
-    is_below = bool(np.isin(told, list(inertias))[surely].any())
-    if misses or is_below:
+    if misses:
         words = (
             f"the model misses {100 * full.misfit:.3g} % of the {efforts}, {times[0]:.3g} and"
-            f" {times[1]:.3g} times the noise of this log"
-            f"{', with an inertia below 0' * is_below}. Is t in ms? Has q or tau of a motor the"
+            f" {times[1]:.3g} times the noise of this log. Is t in ms? Has q or tau of a motor the"
             f" wrong sign, are the motors exchanged, do {efforts} come late? Are the assembly mode"
             f" {sample.assembly:+d}, gravity, the lengths, gear_ratio and offset of q those of this"
             " robot, and is all unknown that it has (friction)?"
         )
-        if full.misfit > USELESS or is_below:
+        if full.misfit > USELESS:
             raise ValueError(words)
         notes.append(words)
     return notes

@@ -25,6 +25,7 @@ SINGULAR = 0.1  # |det A| below which errors of the joints become torques
 CREEPING = 0.03  # of a motor's rms rate: below, dry friction is not known
 STILL = 2.0  # times its encoder's noise: a motor that moves by less stands still
 FEWEST = 100  # rows of the regression, without which masses and friction are not told apart
+MISSING = 1e-3  # of the rows: a filter needs the velocities about each row
 BRIDGED = 3  # rows that may be missing within a stretch
 
 
@@ -96,6 +97,11 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
             " record them, too"
         )
     notes = list(log.notes)
+    if log.q_dot is not None:
+        missing = int((~np.isfinite(log.q_dot)).any(axis=1).sum())
+        if missing > MISSING * len(log.t):
+            notes.append(f"the velocities are missing in {missing} rows: they are not used")
+            log = replace(log, q_dot=None)
     stretches = _even_stretches(log, notes)
     found = spectrum([pairs["q"] for _, pairs in stretches], log.step)
     if found.fast > 0.02:
