@@ -206,7 +206,7 @@ def test_wrapped_angles_lost_rows_gaps_and_a_restart():
         "without both joints' positions",
         "jumps by more than half a turn",
         "a restart",
-        "gaps in time are not bridged",
+        "gaps in time",
         "were bridged by cubic splines",
     ):
         assert words in notes

@@ -215,7 +215,7 @@ def test_what_was_done_to_the_rows_is_said():
         "2 rows without both joints' positions were left out, the first row 9",
         "1 rows with the time of the row before were left out, the first row 13",
         "time jumps back from 0.21 to -0.28 s at row 18: taken for a restart, 0.51 s are added from there on",
-        "5 gaps in time are not bridged: 0.02 to 0.04 s, 0.04 to 0.06 s, 0.07 to 0.1 s and more",
+        "5 gaps in time: 0.02 to 0.04 s, 0.04 to 0.06 s, 0.07 to 0.1 s and more",
         "q jumps by more than half a turn 1 times, the first at row 8: taken for whole turns",
     )
     assert [(cut.row, cut.missing, cut.why) for cut in found.cuts[2:]] == [
@@ -243,12 +243,12 @@ def test_what_was_done_to_the_rows_is_said():
     assert (found.step, found.q_dot, found.xi) == (pytest.approx(0.01), None, None)
     file = "t_s,q1 (unit),q2 (unit)\n# a comment\n0,3,0\n1,-3,0\n2,-2.9,0\n4,-2.8,0\n"
     assert read_log(io.StringIO(file.replace("unit", "rad")), ROBOT).notes[-2:] == (
-        "1 gaps in time are not bridged: 2 to 4 s",
+        "1 gaps in time: 2 to 4 s",
         "q jumps by more than half a turn 1 times, the first at line 4: taken for whole turns",
     )
     assert (
         read_log(io.StringIO(file.replace("unit", "m")), fb.Biglide()).notes[-1]
-        == "1 gaps in time are not bridged: 2 to 4 s"
+        == "1 gaps in time: 2 to 4 s"
     )
 
 

@@ -409,10 +409,10 @@ def _cut(t, step, where, notes):
     if restarts:
         more = f"; so are {len(restarts) - 1} more jumps back" if restarts[1:] else ""
         notes.append(restarts[0] + more)
-    gaps = [f"{cut.start:.6g} to {cut.end:.6g} s" for cut in cuts if cut.missing]
+    gaps = [f"{cut.start:.10g} to {cut.end:.10g} s" for cut in cuts if cut.missing]
     if gaps:
         more = " and more" if len(gaps) > 3 else ""
-        notes.append(f"{len(gaps)} gaps in time are not bridged: {', '.join(gaps[:3])}{more}")
+        notes.append(f"{len(gaps)} gaps in time: {', '.join(gaps[:3])}{more}")
     return cuts
 
 
