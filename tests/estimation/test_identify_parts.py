@@ -14,6 +14,7 @@ from fivebar.estimation.identification.filtering import RegressionRows, filtered
 from fivebar.estimation.identification.identify import (
     _joined,
     _refuse_few,
+    _refuse_impossible,
     _shown,
     _smallest_model,
     _validation,
@@ -26,6 +27,7 @@ from fivebar.estimation.identification.regressor import linear_names, regressor
 from fivebar.estimation.identification.samples import Samples
 from fivebar.estimation.logs import replays
 from fivebar.estimation.logs.derivatives import derivatives
+from fivebar.estimation.logs.logs import AT_THE_JOINTS
 from fivebar.estimation.logs.replays import _simulated, _stretches
 
 ROBOT = fb.FiveBar()
@@ -62,7 +64,7 @@ def told(sample, theta):
     known = theta.copy()
     known[MASSES] = 0.0
     delay = lateness(sample, MASSES, theta[MASSES], known)
-    return beyond_the_model(ROBOT, sample, MASSES, theta, last, delay), last
+    return beyond_the_model(ROBOT, sample, theta, last, delay), last
 
 
 @pytest.mark.parametrize("delay, word", [(2e-3, "late"), (-1.5e-3, "early")])
@@ -94,17 +96,12 @@ def test_what_the_model_misses_is_compared_with_the_noise_of_the_log():
         told(far, theta)
 
 
-def test_an_inertia_surely_below_0_is_refused_and_friction_is_not():
-    sample, theta = sample_of(np.random.default_rng(6), noise=1e-4)
-    last = fit(sample.rows, MASSES)
-    delay = lateness(sample, MASSES, theta[MASSES], 0 * theta)
-    below = replace(
-        last, theta=last.theta - 4.1 * np.sqrt(np.diag(last.cov)) - [last.theta[0], 0, 0]
-    )
-    with pytest.raises(ValueError, match="with an inertia below 0. Is t in ms. Has q or tau of"):
-        beyond_the_model(ROBOT, sample, MASSES, theta, below, delay)
-    columns = [NAMES.index(name) for name in ("fv1", "fs1", "m")]
-    assert beyond_the_model(ROBOT, sample, columns, theta, below, delay) == []
+def test_a_mass_surely_below_0_is_refused_and_friction_is_not():
+    sd = np.array([0.1, 0.2, 0.3])
+    for below, names in ((3.9, ("zz1", "m", "fv1")), (4.1, ("fv1", "fs1", "mx11"))):
+        _refuse_impossible(ROBOT, names, -below * sd, sd, True, AT_THE_JOINTS)
+    with pytest.raises(ValueError, match="m = -1.23 ± 0.3 comes out, and no robot has less than 0"):
+        _refuse_impossible(ROBOT, ("fv1", "fs1", "m"), -4.1 * sd, sd, True, AT_THE_JOINTS)
 
 
 @pytest.mark.parametrize("noise, q_noise", [(3e-3, 1e-9), (0.0, 2e-6), (1e-3, 1e-6)])
