@@ -38,23 +38,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-FORMATS = {  # endings of files
-    "mjcf": ".xml",
-    "urdf": ".urdf",
-    "sdf": ".sdf",
-    "c": ".h",
-    "reprapfirmware": ".g",
-    "ros2_control": ".urdf",
-    "gcode": ".nc",
-}
-OPTIONS = {
-    "reprapfirmware": ("working", "homing_deg", "steps_per_turn"),
-    "ros2_control": ("start", "plugin"),
-    "gcode": ("machine", "dialect"),
+OPTIONS = {  # of each format
     "mjcf": ("start", "step"),
     "urdf": ("start",),
     "sdf": ("start", "step", "closure"),
     "c": ("functions",),
+    "reprapfirmware": ("working", "homing_deg", "steps_per_turn"),
+    "ros2_control": ("start", "plugin"),
+    "gcode": ("machine", "dialect"),
 }
 WRITERS: dict[str, Callable[..., str]] = {"mjcf": mjcf, "urdf": urdf, "sdf": sdf}
 
@@ -66,7 +57,7 @@ def _identifier(value, name):
 
 
 @takes(
-    format=one_of(*FORMATS),
+    format=one_of(*OPTIONS),
     machine=optional(instance(Machine)),
     dialect=optional(instance(Gcode)),
     working=optional(modes(2)),

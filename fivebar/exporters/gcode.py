@@ -41,7 +41,7 @@ FIRMWARES = {
 }
 PENS = {  # (pen down, pen up, usual values)
     "M3": ("M3 S{down:g}", "M5", (1000.0, 0.0)),
-    "servo": ("M280 P0 S{down:g}", "M280 P0 S{up:g}", (None, None)),
+    "servo": ("M280 P0 S{down:g}", "M280 P0 S{up:g}", (math.nan, math.nan)),
     "Z": ("G0 Z{down:g}", "G0 Z{up:g}", (0.0, 5.0)),
 }
 
@@ -114,8 +114,8 @@ class Gcode:
         positive(self.deviation, "Gcode: deviation")
         number(self.speed_error, "Gcode: speed_error", 1e-6, 1.0)
         letters = self.axes if isinstance(self.axes, list | tuple | str) else ()
-        known = [letter for letter in letters if letter in AXES]
-        if len(letters) != 2 or len(known) != 2 or letters[0] == letters[1]:
+        known = [letter for letter in AXES if letter in letters]
+        if len(letters) != 2 or len(known) != 2:
             raise ValueError(
                 f"Gcode: axes must be two letters of {', '.join(AXES)}, not {shown(self.axes)}"
             )
@@ -139,10 +139,11 @@ class Gcode:
             raise ValueError("Gcode: pen='Z' and a joint on the axis Z")
         for name in ("down", "up"):
             optional(number)(getattr(self, name), f"Gcode: {name}")
-        if None in self._pen_values:
+        down, up = self._pen_values
+        if not abs(down - up) > 0:  # nan: a servo has no usual angles
             raise ValueError(
-                f"Gcode: pen={self._pen!r} needs down and up, the angles of its servo; or take"
-                " pen='M3' or pen='Z'"
+                f"Gcode: pen={self._pen!r} needs down and up that differ, as --pen-values DOWN UP:"
+                f" with {down:g} and {up:g} it would not move"
             )
         not_negative(self.approach, "Gcode: approach")
 
@@ -397,10 +398,8 @@ def _lines(motion, dialect, t, values, decimals, back):
             yield down if is_down else up
         if rests[k]:
             yield f"{dwell}{seconds:.6g}"
-        elif dialect.inverse_time:
-            yield f"G1 {place(values[k + 1])} F{60 / seconds:.7g}"
         else:
-            way = float(np.hypot(*(values[k + 1] - values[k])))
+            way = 1.0 if dialect.inverse_time else np.hypot(*(values[k + 1] - values[k]))
             yield f"G1 {place(values[k + 1])} F{60 * way / seconds:.7g}"
     if is_down:
         yield up

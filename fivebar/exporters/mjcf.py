@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import indent
 from typing import TYPE_CHECKING
 
 from .bodies import angles_of, legs_of
@@ -90,7 +91,7 @@ def mjcf(robot: FiveBar | Biglide, name: str, start: Pose, step: float = 0.001) 
     )
     return TEXT.format(
         model=name,
-        about="".join(f"    {line}\n" for line in about.splitlines()),
+        about=indent(about, "    "),
         step=step,
         constant=4 * step,
         gx=gx,

@@ -58,7 +58,7 @@ def reprapfirmware(
     numbers["A"] = _bar_angles(machine, working)
     numbers["C"] = _motor_angles(machine)
     words = [f"{letter}{':'.join(map(_plain, values))}" for letter, values in numbers.items()]
-    lines = [f"; by fivebar, for config.g before M671; assembly mode {-1:+d}"]
+    lines = ["; by fivebar, for config.g before M671; assembly mode -1"]
     lines.append(f"M669 K9 {' '.join(words)}")
     if steps_per_turn is not None:
         # The readings are of the motors, so a ratio is the inverse of a gear.

@@ -10,8 +10,9 @@ import re
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+from ..base.units import METRES
 from ..models.geometry import Pose
-from ..models.robots import FiveBar
+from ..models.parameter_units import units_of
 from ..paths.machine import Machine
 from .urdf import urdf
 
@@ -38,9 +39,8 @@ def ros2_control(machine: Machine, name: str, start: Pose, plugin: str | None = 
     text = text.removesuffix("</robot>\n")
     limits: Any = machine.constraints
     words = machine.robot.words
-    parameters = {
-        key: value for key, value in machine.robot.parameters.items() if _is_length(key, machine)
-    }
+    own = machine.robot.parameters
+    parameters = {key: value for key, value in own.items() if units_of(key) is METRES}
     parameters |= {f"working{k}": int(mode) for k, mode in enumerate(start.working, 1)}
     parameters["assembly"] = int(start.assembly)
     for key in ("offset", "ratio"):
@@ -73,12 +73,6 @@ def ros2_control(machine: Machine, name: str, start: Pose, plugin: str | None = 
         parameters="".join(lines),
         joints="".join(joints),
     )
-
-
-def _is_length(key, machine):
-    if isinstance(machine.robot, FiveBar):
-        return key in ("l11", "l12", "l21", "l22", "d")
-    return key in ("l1", "l2", "d")
 
 
 def _command(name, limits):

@@ -5,6 +5,7 @@ reads it.
 from __future__ import annotations
 
 import math
+from textwrap import indent
 from typing import TYPE_CHECKING
 
 from .bodies import angles_of, angles_told, legs_of
@@ -141,7 +142,7 @@ def sdf(
         gx=gx,
         gy=gy,
         step=step,
-        about="".join(f"  {line}\n" for line in about.splitlines()),
+        about=indent(about, "  "),
         legs="".join(
             _leg(leg, *(own if joined else (0.0, 0.0))) for leg, own in zip(legs, angles_of(start))
         ),

@@ -4,6 +4,7 @@ it.
 
 from __future__ import annotations
 
+from textwrap import indent
 from typing import TYPE_CHECKING
 
 from .bodies import angles_told, legs_of
@@ -109,7 +110,7 @@ def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
     )
     return TEXT.format(
         model=name,
-        about="".join(f"  {line}\n" for line in about.splitlines()),
+        about=indent(about, "  "),
         legs="".join(map(_leg, legs)),
         bars=bars,
         lengths=[leg.distal for leg in legs],

@@ -134,6 +134,9 @@ def test_joints_come_from_one_side(motion):
         (dict(pen="servo", down=1.0, up=2.0), "grbl has no pen='servo'"),
         (dict(firmware="marlin", pen="servo"), "needs down and up"),
         (dict(axes=("X", "Z"), pen="Z"), "a joint on the axis Z"),
+        (dict(pen="Z", down=5.0), "down and up that differ, .*: with 5 and 5"),
+        (dict(firmware="marlin", pen="servo", down=30.0, up=30.0), "with 30 and 30"),
+        (dict(down=0.0), "with 0 and 0 it would not move"),
         (dict(deviation=0.0), "deviation must be"),
     ],
 )

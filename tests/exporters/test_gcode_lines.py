@@ -290,7 +290,7 @@ def test_too_many_lines_are_refused(above, monkeypatch):
         *(
             (
                 dict(firmware="marlin", pen="servo") | one,
-                "Gcode: pen='servo' needs down and up, the",
+                "Gcode: pen='servo' needs down and up that differ",
             )
             for one in (dict(), dict(down=1.0), dict(up=1.0))
         ),
@@ -316,7 +316,7 @@ def test_what_is_wrong_in_a_dialect_is_named(options, message):
         dict(speed_error=1.0),
         dict(axes=("Y", "Z")),
         dict(axes=("U", "W"), pen="Z"),
-        dict(pen="servo", down=0.0, up=0.0, firmware="marlin"),
+        dict(pen="servo", down=0.0, up=1.0, firmware="marlin"),
         dict(down=1.0),
         dict(up=1.0),
         dict(max_feed=1.0),
