@@ -345,13 +345,16 @@ def test_words_that_are_refused(text, message):
         read(text)
 
 
-def test_a_program_of_a_dextar_and_pens_of_other_files_are_named(tmp_path):
-    file = tmp_path / "square.mp"
-    file.write_text("MoveJ 10 20\n", encoding="utf-8")
-    with pytest.raises(
-        ValueError, match="square.mp: a program of a DexTAR robot, which is not read"
-    ):
-        fb.path(file)
+def test_gcode_and_what_is_not_read_are_known_by_any_name(tmp_path):
+    for text in ("; a\n\n(b)\nG21\nG1 X5\n", "%\r\nM3 S9\r\nG21\r\nG1 X5", "N1 G21\nG1 X5\n"):
+        (tmp_path / "line.txt").write_text(text, encoding="utf-8", newline="")
+        assert fb.path(tmp_path / "line.txt").length == pytest.approx(0.005)
+    (tmp_path / "table.txt").write_text("N2 flow;x (mm);y (mm)\n1;0;0\n1;0;5\n", encoding="utf-8")
+    assert fb.path(tmp_path / "table.txt").length == pytest.approx(0.005)
+    for name, what in {"a.mp": "a program of a DexTAR robot", "a.DXF": "a DXF drawing"}.items():
+        (tmp_path / name).write_text("0\nSECTION\n", encoding="utf-8")
+        with pytest.raises(ValueError, match=f"{name}: {what}, which is not read: save it as SVG"):
+            fb.path(tmp_path / name)
     with pytest.raises(ValueError, match="pen_values are of G-code"):
         fb.path(io.StringIO("x,y\n0,0\n1,1\n"), kind="csv", pen_values=(0, 1))
 

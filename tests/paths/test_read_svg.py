@@ -244,7 +244,7 @@ def test_what_is_passed_over_is_listed():
         "<text> is not drawn (line 3)",
         "<image> is not drawn (line 3)",
         "stroke-dasharray is not applied (line 4)",
-        "invisible shapes are not drawn (line 5)",
+        "invisible shapes are not drawn (lines 5, 7)",
         "moves of no length passed over (line 6)|move of no length passed over (line 6)",
     ):
         assert any(part in notes for part in words.split("|")), words
@@ -310,7 +310,12 @@ def test_what_is_wrong_is_named_with_its_line(body, message):
 
 
 def test_what_is_no_svg(tmp_path):
-    for text, message in (("<html/>", "line 1: not an SVG, but <html>"), ("hello", "not XML")):
+    in_em = '<svg xmlns="http://www.w3.org/2000/svg" width="9em" height="9em" viewBox="0 0 9 9"/>'
+    for text, message in (
+        ("<html/>", "line 1: not an SVG, but <html>"),
+        ("hello", "not XML"),
+        (in_em, "cannot be read as SVG: its width or height is not understood: write them in mm"),
+    ):
         with pytest.raises(ValueError, match=message):
             fb.path(io.StringIO(text), kind="svg")
     own = '<!DOCTYPE svg [<!ENTITY ns_ai "http://ns.adobe.com/AdobeIllustrator/10.0/">]>'

@@ -22,7 +22,7 @@ def drawn(text):
         path = fb.path(io.StringIO(text), kind="svg")
     except ValueError as error:
         assert "nothing is drawn" in str(error)
-        return set(), ()
+        return set(), (str(error),)
     return {line for line, pen in zip(path.lines, path.pen) if pen}, path.notes
 
 
@@ -56,8 +56,9 @@ ONE = SHAPE.format('class="x"')
     ],
 )
 def test_what_css_hides_is_not_drawn(sheet, body, is_seen):
-    lines, _ = drawn(f"{HEAD}<style>{sheet}</style>\n{body}</svg>")
+    lines, notes = drawn(f"{HEAD}<style>{sheet}</style>\n{body}</svg>")
     assert lines == ({2} if is_seen else set())
+    assert ("invisible shapes are not drawn (line 2)" in " ".join(notes)) != is_seen
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from pathlib import PurePath
@@ -18,11 +19,13 @@ from .draft import Draft
 from .read_gcode import read_gcode
 from .read_points import read_csv, read_points
 
-KINDS = {
-    "svg": ("svg",),
-    "gcode": ("gcode", "nc", "ngc", "tap", "gc", "cnc", "g"),
-    "csv": ("csv", "txt", "tsv", "dat"),
+KINDS = {  # by the ending of a file's name and, in the lines below it, the text
+    "svg": r"svg\n|.*\n\s*<",
+    "gcode": r"(gcode|nc|ngc|tap|gc|cnc|g)\n"
+    r"|(?!csv).*\n\s*([;(%].*\n\s*)*(G\d|[MNO]\d+ *([A-Z]\d|[\r\n]))",  # after comments
+    "csv": "",
 }
+NOT_READ = {"mp": "a program of a DexTAR robot", "dxf": "a DXF drawing"}
 EXAMPLE = FilePath(__file__).parent / "drawings" / "fivebar.svg"  # a word, drawn for this package
 LARGEST = 50_000_000  # bytes of a drawing's file
 
@@ -70,7 +73,7 @@ def path(
     columns : mapping or sequence of str, optional
         Headings of a CSV that are called otherwise: {"x": "East (mm)"} or ("x=East (mm)",).
     kind : {"csv", "svg", "gcode"}, optional
-        Kind of the file; by default from its ending, and without one from its first letter.
+        Kind of the file; by default from its ending, or how its text begins.
 
     Returns
     -------
@@ -104,14 +107,12 @@ def path(
 
 def _read(text: str, name: str, units, columns, kind, pen_values) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
-    if ending == "mp" and kind is None:
+    if ending in NOT_READ and kind is None:
         raise ValueError(
-            f"{name}: a program of a DexTAR robot, which is not read: save its points as a CSV file"
-            " of x, y, or give kind= if it is something else"
+            f"{name}: {NOT_READ[ending]}, which is not read: save it as SVG, G-code or a CSV of x,"
+            " y, or give kind= if it is something else"
         )
-    if kind is None:
-        kinds = [kind for kind, endings in KINDS.items() if ending in endings]
-        kind = kinds[0] if kinds else "svg" if text.lstrip().startswith("<") else "csv"
+    kind = kind or next(k for k, start in KINDS.items() if re.match(start, f"{ending}\n{text}"))
     if pen_values and kind != "gcode":
         raise ValueError(f"path: pen_values are of G-code, and {name} is read as {kind}")
     if kind == "csv":

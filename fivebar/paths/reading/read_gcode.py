@@ -265,7 +265,7 @@ class _Machine:
             shape = self.arc(start, end, values)
         feed = math.inf if self.motion == 0 else self.feed
         self.draft.moves.append(Move(shape, down, feed, self.line))
-        height = self.position["Z"] / self.unit if self.unit else math.inf
+        height = self.position["Z"] / self.metres(1.0)
         self.levels.append(self.angle if self.has_servo else height)
         if self.motion == 0:
             self.travels.add(self.levels[-1])

@@ -65,11 +65,12 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     _hide_templates(root)
     source = io.BytesIO(ElementTree.tostring(root, "utf-8"))
     try:
-        svg = svgelements.SVG.parse(source, reify=False, on_error="raise")
+        svg = svgelements.SVG.parse(source, reify=False, on_error="raise", parse_display_none=True)
         shapes = list(_shapes(svg, passed))
         metres = _metres_per_pixel(svg, draft, units)
     except (*STRANGE, SyntaxError, RecursionError) as error:
-        raise ValueError(f"{name}: cannot be read as SVG: {error}") from error
+        reason = str(error) or "its width or height is not understood: write them in mm"
+        raise ValueError(f"{name}: cannot be read as SVG: {reason}") from error
     origin = 1j * metres * float(svg.height or 0.0)
     for tag in NOT_DRAWN:
         for element in root.iter(SVG + tag):
@@ -220,9 +221,9 @@ def _hide_templates(root):
 
 
 def _shapes(element, passed):
-    """Yield the shapes of a group that are not transparent, and list where a group clips them."""
+    """Yield the shapes of a group that are shown, and list where a group clips them."""
     values = element.values
-    if ZERO.fullmatch(values.get("opacity", "")):
+    if values.get("display", "").lower() == "none" or ZERO.fullmatch(values.get("opacity", "")):
         passed[INVISIBLE].append(values[LINE])
         return
     if values.get("clip-path", "none") != "none":
