@@ -72,6 +72,8 @@ def test_each_unit_is_known_by_its_name_and_is_in_one_table():
         ("1.2.3 mm", units.METRES, "is not a number"),
         ("nan", units.METRES, "'nan' is not a number"),
         ("nan mm", units.METRES, "'nan mm' is not a number"),
+        ("0,45 m", units.METRES, "'0,45 m' is not a number, as 1.5"),
+        ("1 1/2 in", units.METRES, "'1 1/2 in' is not a number, as 1.5"),
         (math.nan, units.NO_UNIT, "nan is not a number"),
         (None, units.METRES, "None is not a number"),
         ("80 deg", units.METRES, "its unit must be m, mm, cm, um, in"),

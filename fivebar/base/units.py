@@ -72,7 +72,7 @@ SYNONYMS = {
     "N m s/rad": "nms",
     "mN m s/rad": "mnms",
 }
-NUMBER = re.compile(r"\s*([-+]?(?:inf|[\d.]+(?:e[-+]?\d+)?))\s*(.*?)\s*", re.IGNORECASE)
+NUMBER = re.compile(r"\s*([-+]?(?:inf|[\d.]+(?:e[-+]?\d+)?))\s*((?![\d,/\s]).*?)\s*", re.IGNORECASE)
 
 
 def unaccented(word: str) -> str:
@@ -121,7 +121,7 @@ def number_in(
     except (TypeError, ValueError):
         number = math.nan
     if math.isnan(number):
-        raise ValueError(f"{shown(value)} is not a number")
+        raise ValueError(f"{shown(value)} is not a number, as 1.5")
     word = unit_named(found[2]) if found else ""
     if word in units:
         size = units[word] / (units[unit] if unit else 1.0)

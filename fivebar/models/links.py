@@ -75,7 +75,7 @@ class Link:
             raise ValueError(
                 f"a link's inertia = {self.inertia:g} kg m² about its first joint is less than mass"
                 f" (x^2 + y^2) = {least:g} kg m²: no body has that; is it about the centre of mass?"
-                " Then Link.about_centre(...)"
+                " Then Link.about_centre(...), in a file inertia_about_centre"
             )
 
     @classmethod

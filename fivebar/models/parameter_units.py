@@ -8,7 +8,7 @@ from typing import Any
 from ..base import units
 from ..base.units import NO_UNIT, number_in
 
-# Numbers at the end of a name do not count.
+# Numbers at the end of a name do not count: l11, or links.11.
 NAMES = {
     "l d x y along across shift clearance region widths posts half_planes": units.METRES,
     "task_x task_y": units.METRES,
@@ -36,7 +36,7 @@ OF_SLIDES = {
 
 def units_of(name: str, turns: bool = True) -> Mapping[str, float]:
     """Return the table of units of a parameter by its name, NO_UNIT where it has none."""
-    plain = name.rstrip("0123456789")
+    plain = name.rstrip("0123456789.")
     for table in (NAMES,) if turns else (OF_SLIDES, NAMES):
         for names, known in table.items():
             if plain in names.split():
@@ -61,7 +61,7 @@ def table_in_si(value: Any, turns: bool, name: str = "") -> Any:
     if isinstance(value, Mapping):
         table = {}
         for key, part in value.items():
-            own = key if units_of(key, turns) is not NO_UNIT else name
+            own = key if units_of(key, turns) is not NO_UNIT else f"{name}.{key}"
             table[key] = table_in_si(part, turns, own)
         return table
     if isinstance(value, list | tuple):

@@ -378,7 +378,7 @@ def test_a_robot_from_the_data_of_its_bars(tmp_path):
         (("d = 0.12\n", ""), "a robot of links needs d too"),
         (
             ("x = 0.0746, inertia_about_centre", "x = 0.0746, inertia"),
-            "is it about the centre of mass",
+            r"is it about the centre of mass\? .*, in a file inertia_about_centre",
         ),
         (("payload", "pay_load"), "no parameter pay_load of a robot of links"),
         (("x = 0.0746, ", ""), r"links\.12 needs x too"),

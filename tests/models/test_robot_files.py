@@ -87,6 +87,7 @@ def test_what_only_one_kind_has_says_which_it_is(tmp_path):
         ("l11 = nan\n", "l11: nan is not a number"),
         ("l11 = 0.1, \n", "robot.toml: "),
         ("l11 = 'short'\n", "l11: 'short' is not a number"),
+        ("[links]\n11 = '700 mm'\n", "links.11: '700 mm': its unit must be kg"),
     ],
 )
 def test_files_that_hold_no_robot(tmp_path, text, words):
