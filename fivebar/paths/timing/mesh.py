@@ -61,7 +61,8 @@ class Mesh:
     @property
     def rest(self) -> np.ndarray:
         stops = np.array([stop.s for stop in self.path.stops])
-        return np.abs(self.s[:, None] - stops).min(axis=1) <= 1e-12 * self.path.length
+        close = 1e-12 * self.path.length
+        return np.searchsorted(stops, self.s + close) > np.searchsorted(stops, self.s - close)
 
     @property
     def part(self) -> np.ndarray:

@@ -95,8 +95,7 @@ def drawing(
     size = WIDTH, float(np.clip(1.24 * WIDTH * height / width + 1.6, 5.0, 11.0))
     figure, (left, top, *others) = Sheet(axes).mosaic(rows, size, width_ratios=(1, 1.55))
     _robot(left, robot, working, strokes, tool, frame)
-    for stroke in desired:
-        draw_points(top, "path.desired", stroke)
+    draw_points(top, "path.desired", _one_line(desired))
     panels = [(top, "desired drawing")]
     for bottom in others:
         error = _draw_errors(bottom, drawn, errors)
@@ -112,17 +111,21 @@ def drawing(
     return figure
 
 
+def _one_line(strokes):
+    """Return the points (n, 2) of strokes as one line with gaps: a line each would take long."""
+    return np.concatenate([np.vstack([stroke, (np.nan, np.nan)]) for stroke in strokes])
+
+
 def _draw_errors(axes, drawn, errors):
     """Draw strokes coloured by their errors and return the largest error in words."""
-    largest = max(float(error.max()) for error in errors)
+    segments = [1e3 * np.stack([stroke[:-1], stroke[1:]], axis=1) for stroke in drawn]
+    colours = np.concatenate([np.maximum(error[:-1], error[1:]) for error in errors])
+    largest = float(np.concatenate(errors).max())
     scale, unit = readable(largest, "m")
-    segments = []
-    colours = []
-    for stroke, error in zip(drawn, errors):
-        segments += list(1e3 * np.stack([stroke[:-1], stroke[1:]], axis=1))
-        colours.append(scale * np.maximum(error[:-1], error[1:]))
-    lines = LineCollection(segments, cmap=PALETTES["lines"].reversed(), lw=1.8, capstyle="round")
-    lines.set(array=np.concatenate(colours), clim=(0.0, scale * largest or 1.0))
+    lines = LineCollection(
+        np.concatenate(segments), cmap=PALETTES["lines"].reversed(), lw=1.8, capstyle="round"
+    )
+    lines.set(array=scale * colours, clim=(0.0, scale * largest or 1.0))
     axes.add_collection(lines)
     axes.figure.colorbar(lines, ax=axes, label=f"error ({unit})", fraction=0.05, pad=0.02)
     return f"{scale * largest:.3g} {unit}"
@@ -156,8 +159,7 @@ def _robot(axes, robot, working, desired, tool, frame):
     else:
         start = tool.pose(robot, pen, working)
     draw_robot(axes, pose_body([start], None if tool is None else astuple(tool)))
-    for stroke in desired:
-        draw_points(axes, "path.desired-small", stroke)
+    draw_points(axes, "path.desired-small", _one_line(desired))
     draw_loci_of(axes, robot, tuple(working), (), tool)
     draw_points(axes, "mark.pen", pen)
     for line in axes.lines:
