@@ -43,6 +43,7 @@ from .robot_options import (
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
 LEAP = 10.0  # times its median: an error that a place has, and not the whole motion
+COUNTS = 3.0  # of the encoders, at the tip: a smaller error is theirs
 TWICE = 2.0  # times the largest torque that the motion needs: its tracker is not in control
 STEP = 1e-3  # s, of the simulation
 # What a robot draws that is not simulated.
@@ -152,10 +153,10 @@ def _draw(arguments):
         "frame": arguments.frame,
         "middle": bounds(machine.frame(path.drawn)).mean(axis=0).round(12) + 0.0,
         "duration_s": motion.duration,
-        "lower_bound_s": motion.lower_bound,
+        "lower_bound_s": motion.lower_bound or None,  # 0: it is not known
         "smallest_margin": check.min_margin,
         "certified": proof is not None and proof.proved,
-        "backlash_error_m": backlash and _backlash_error(motion, backlash),
+        "backlash_error_m": backlash and _tip_error(motion, backlash / 2),
     }
     if dialect is not None:
         drawn, files = written_gcode(arguments, machine, motion, dialect)
@@ -212,13 +213,17 @@ def _simulated(arguments, machine, motion, drives, resolution):
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
     }
     size = np.ptp(run.drawn_ref[down], axis=0).max()
-    _say_leaps(machine, motion, run, off * down, size)
+    count = resolution and _tip_error(motion, resolution)
+    _say_leaps(machine, motion, run, off * down, size, count)
     files = write_files(arguments.out, {"run.csv": run.to_csv})
     return Drawn(run.drawn, off, down, figures), files
 
 
-def _say_leaps(machine, motion, run, off, size):
-    """Say where the simulated error is large, or the torque (force) far above what is needed."""
+def _say_leaps(machine, motion, run, off, size, count):
+    """Say where the simulated error is large, or the torque (force) far above what is needed.
+
+    count: how far the tip is off, m, where the encoders of both joints are by a count; or None.
+    """
     from ..models.physics import loads_of
     from ..visualization.style import length
 
@@ -228,14 +233,17 @@ def _say_leaps(machine, motion, run, off, size):
     efforts = np.abs(run.tau).max(axis=1)
     error, effort = float(off.max()), float(efforts.max())
     dry = ", its dry friction changes there" * loads_of(machine.robot).sticks
+    cause = (
+        f"the robot is near a singularity there{dry} or it is too fast for its tracker: give a"
+        " larger --margin or --reserve, another place, a longer --duration or a shorter --period"
+    )
+    if count and error <= COUNTS * count:
+        step = f"a count of the encoders is up to {length(count)} at the tip"
+        cause = f"{step}: give a larger --counts-per-turn"
 
     def say(what, values, ratio):
         place = _place(machine, run.drawn_ref[values.argmax()])
-        print_message(
-            f"fivebar: the simulated {what}, at {place}, {ratio}: the robot is near a singularity"
-            f" there{dry} or it is too fast for its tracker: give a larger --margin or --reserve,"
-            " another place, a longer --duration or a shorter --period"
-        )
+        print_message(f"fivebar: the simulated {what}, at {place}, {ratio}: {cause}")
 
     if error > min(LARGE_ERROR * size, max(LEAP * usual, LARGE_ERROR / LEAP * size)):
         say(f"error is up to {length(error)}", off, f"{error / usual:.3g} times its median")
@@ -251,7 +259,7 @@ def _read(arguments, machine):
     from ..paths.reading.read import EXAMPLE, path
 
     if arguments.example == (arguments.file is not None):
-        raise UsageError("draw needs a file or --example, not both")
+        raise UsageError("draw needs one drawing: a file or --example")
     arguments.file = arguments.file or str(EXAMPLE)
     with usage_errors(ValueError, OSError):
         return path(
@@ -355,13 +363,13 @@ def _checked(arguments, machine, path, working):
     return check
 
 
-def _backlash_error(motion, backlash):
-    """Return how far the tip may be off, m, where both joints are off by half of the backlash."""
+def _tip_error(motion, error):
+    """Return how far the tip may be off, m, where both joints are off by this error, rad."""
     t = np.linspace(0.0, motion.duration, SAMPLES)
     pose = motion.accelerations(t[motion.pen(t)]).rates.pose
     J = pose.J if motion.path.tool is None else motion.path.tool.tool.jacobian(pose)
     corners = J @ [(1, 1), (1, -1)]  # the tip's moves, as columns: both joints one way, or apart
-    return float(np.linalg.norm(corners, axis=-2).max() * backlash / 2)
+    return float(np.linalg.norm(corners, axis=-2).max() * error)
 
 
 def _proved(arguments, robot, path, working):

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.checks import positive
 from ..base.errors import UsageError
 from .options import option_of, usage_errors, used_options, write_files
 
@@ -64,7 +65,8 @@ def dialect_of(arguments):
     if "approach_deg" in used:
         values["approach"] = float(np.deg2rad(used["approach_deg"]))
     with usage_errors(ValueError):
-        return Gcode(axes=tuple(arguments.axes), deviation=arguments.line_deviation, **values)
+        deviation = positive(arguments.line_deviation, "line_deviation")
+        return Gcode(axes=tuple(arguments.axes), deviation=deviation, **values)
 
 
 def machine_of_axes(arguments, machine, dialect):

@@ -49,7 +49,7 @@ OPTIONS = TABLE | {
     "--path PATH.csv": "a path t (s), x, y (m) to draw and to check",
     "--units UNIT ...": "units of the path's columns, as mm or t=ms x=mm",
     "--out OUT.png": (Path("map.png"), "PNG, SVG or PDF"),
-    WORKING: "of the picture and of --fits: these working modes alone",
+    WORKING: "of the picture and of the largest shapes: these working modes alone",
     "--width column|page": "of the picture: that of a journal's column, 88 mm, or page, 181 mm",
     "--unit UNIT": "of the picture's axes: um, mm, cm, m or in; of joints that turn deg or rad",
     "--labels NAME=TEXT ...": "what is written for x, y, q11, a field or words of the legend",
@@ -136,14 +136,14 @@ def _map(arguments):
     if arguments.page:
         map_page(data, arguments.page, along=points, regions=regions)
     result = _as_json(machine, parts, checks)
+    places, name = (parts or [], "aspect") if regions is None else (regions, "region")
+    if arguments.working:
+        places = [part for part in places if part.working in style["modes"]]
     margin = Constraints(clearance=machine.constraints.clearance)
     if regions is not None:
         result["regions"] = _parts_as_json(machine, regions)
-        result |= _largest(machine, regions, margin)
+        result |= _largest(machine, places, margin)
     if arguments.fits is not None:
-        places, name = (parts, "aspect") if regions is None else (regions, "region")
-        if arguments.working:
-            places = [part for part in places if part.working in style["modes"]]
         result["board"] = _board(machine, places, margin, arguments.fits) | {"in": name}
     if arguments.json:
         print_json({"frame": arguments.frame} | result)

@@ -143,7 +143,7 @@ def _figures(robot, plan):
         "objective": plan.objective,
         peak_name(robot): np.abs(plan.torques(t)).max(axis=0).tolist(),
         "singularity_crossings": sorted([time, kind] for time, kind, *_ in crossings(t, pose)),
-        "working_at_the_end": [int(mode) for mode in pose.working[-1]],
+        "working_at_the_end": pose.working[-1],
         "relative_error": plan.error,
         "intervals": len(plan.pieces.xi),
         "solve_time_s": plan.solve_time,

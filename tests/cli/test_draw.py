@@ -72,17 +72,20 @@ def test_a_leap_of_the_simulated_error_or_torque_is_said_with_its_place(capsys):
     run = SimpleNamespace(t=t, drawn_ref=xi, tau=tau)
     machine = fb.Machine(fb.FiveBar())
     off[30] = 1.4e-5  # fourteen times the median, but none that is seen
-    _say_leaps(machine, motion, run, off, 0.1)
+    _say_leaps(machine, motion, run, off, 0.1, None)
     assert not capsys.readouterr().err
     # An error that all of a drawing has is said where it is over a hundredth of its size.
     for size, is_said in ((0.1, True), (0.3, False)):
-        _say_leaps(machine, motion, run, np.full(101, 2e-3), size)
+        _say_leaps(machine, motion, run, np.full(101, 2e-3), size, None)
         assert ("error is up to 2.00 mm" in capsys.readouterr().err) == is_said
     off[60], tau[80, 1] = 7.5e-4, 1.15
-    _say_leaps(machine, motion, run, off, 0.1)
+    _say_leaps(machine, motion, run, off, 0.1, 1e-4)
     error, torque = capsys.readouterr().err.splitlines()
     assert "error is up to 750.00 µm, at (60, 100) mm, 750 times" in error and "--margin" in error
     assert "torque is up to 1.15 N m, at (80, 100) mm, 28.7 times" in torque
+    _say_leaps(machine, motion, run, off, 0.1, 3e-4)
+    for line in capsys.readouterr().err.splitlines():
+        assert "a count of the encoders is up to 300.00 µm" in line and "--margin" not in line
 
 
 @pytest.mark.deep
@@ -268,9 +271,11 @@ def test_the_constraints_of_a_file_are_kept(two_strokes, tmp_path, capsys):
 def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
     assert main(["draw", *two_strokes, "--duration", "20", "--out", str(tmp_path)]) == 0
     assert "20.0000 s, as asked for; the least is" in capsys.readouterr().out
-    limits = ["--speed-limit", "0.1", "--duration", "20"]
-    assert main(["draw", *two_strokes, *limits, "--out", str(tmp_path)]) == 0
+    limits = ["--speed-limit", "0.1", "--duration", "20", "--out", str(tmp_path)]
+    assert main(["draw", *two_strokes, *limits]) == 0
     assert "20.0000 s, as asked for\n" in capsys.readouterr().out
+    assert main(["draw", *two_strokes, *limits, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["lower_bound_s"] is None
     first = (tmp_path / "run.csv").read_text("utf-8").partition("\n")[0]
     assert len(first) < 1000
 
@@ -300,7 +305,13 @@ def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
             STROKES, ["--page", "0.3", "0.2"], 1, "300 x 200 mm is larger", marks=pytest.mark.deep
         ),
         (STROKES, ["--lead", "0.01", "--pen-time", "0.1"], 2, "--lead goes without --pen-time"),
-        (STROKES, ["--example"], 2, "draw needs a file or --example, not both"),
+        (
+            STROKES,
+            ["--format", "gcode", "--line-deviation", "0"],
+            2,
+            "fivebar: --line-deviation must be finite and > 0",
+        ),
+        (STROKES, ["--example"], 2, "draw needs one drawing: a file or --example"),
         (STROKES, ["--robot", "biglide"], 2, "a biglide's aspects have no ends"),
         ("<text>hi</text>", [], 2, "drawing.svg: nothing is drawn: <text> is not drawn (line 1)"),
         ('<path d="M0 0L1"/>', [], 2, "drawing.svg, line 1: <path>: d is not valid path data"),

@@ -246,8 +246,8 @@ def test_backlash_moves_the_tip_by_the_worst_of_its_corners():
             moved = fb.dgm(ROBOT, q, poses.assembly[drawn])
             here = fb.dgm(ROBOT, poses.q[drawn], poses.assembly[drawn])
             off.append(np.linalg.norm(tip(moved) - tip(here), axis=1).max())
-        assert draw._backlash_error(motion(tool), backlash) == pytest.approx(max(off), rel=1e-4)
-    assert draw._backlash_error(motion(None), 0.0) == 0.0
+        assert draw._tip_error(motion(tool), backlash / 2) == pytest.approx(max(off), rel=1e-4)
+    assert draw._tip_error(motion(None), 0.0) == 0.0
 
 
 def test_a_certificate_is_told_as_json(tmp_path, capsys):
