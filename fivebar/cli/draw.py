@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -142,7 +141,7 @@ def _draw(arguments):
     check = _checked(arguments, machine, path, working)
     proof = _proved(arguments, machine.robot, path, working) if check.singularity_free else None
     motion, drives = _timed(arguments, machine, path, working)
-    setpoints = _setpoints(arguments, machine, motion) if dialect is None else {}
+    writers = _setpoints(arguments, machine, motion) if dialect is None else {}
     figures = {
         "strokes": len(strokes.runs(np.array(path.pen))),
         "drawn_m": sum(piece.length for piece, pen in zip(path.pieces, path.pen) if pen),
@@ -158,20 +157,23 @@ def _draw(arguments):
         "certified": proof is not None and proof.proved,
         "backlash_error_m": backlash and _tip_error(motion, backlash / 2),
     }
+    files = []
     if dialect is not None:
         drawn, files = written_gcode(arguments, machine, motion, dialect)
     elif min(*machine.robot.inertias, machine.robot.m) <= 0:
-        drawn, files = NOTHING, []
+        drawn = NOTHING
         words = "it has no inertia, so it is not simulated: there is no run.csv"
         print_notes(arguments.robot, [words])
     else:
-        drawn, files = _simulated(arguments, machine, motion, drives, resolution)
+        drawn, writers["run.csv"] = _simulated(arguments, machine, motion, drives, resolution)
     figures |= drawn.figures
-    picture = _picture(arguments, machine, motion, drawn, page)
-    writers = {"drawing.png": partial(saved, picture), **setpoints}
+
+    def draw_picture(path):
+        saved(_picture(arguments, machine, motion, drawn, page), path)
+
     # That of an earlier drawing would be false.
     (arguments.out / "proof.json").unlink(missing_ok=True)
-    files = [*write_files(arguments.out, writers), *files]
+    files = [*write_files(arguments.out, {"drawing.png": draw_picture, **writers}), *files]
     if figures["certified"]:
         files += write_files(arguments.out, {"proof.json": proof.to_json})
     if arguments.json:
@@ -183,7 +185,7 @@ def _draw(arguments):
 
 
 def _simulated(arguments, machine, motion, drives, resolution):
-    """Return what the simulated robot draws, and its file."""
+    """Return what the simulated robot draws, and what writes its run."""
     from ..control.matched import matched, peak_acceleration, period_for
     from ..models.geometry import igm
     from ..simulation.comparison import peak_name
@@ -215,8 +217,7 @@ def _simulated(arguments, machine, motion, drives, resolution):
     size = np.ptp(run.drawn_ref[down], axis=0).max()
     count = resolution and _tip_error(motion, resolution)
     _say_leaps(machine, motion, run, off * down, size, count)
-    files = write_files(arguments.out, {"run.csv": run.to_csv})
-    return Drawn(run.drawn, off, down, figures), files
+    return Drawn(run.drawn, off, down, figures), run.to_csv
 
 
 def _say_leaps(machine, motion, run, off, size, count):

@@ -241,8 +241,10 @@ def print_table(rows: Iterable[tuple[str, str]]) -> None:
 
 def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> list[Path]:
     """Write files into a folder of results, each by its function; return where they are."""
+    from ..base.progress import progress
+
     with locked_folder(folder):
-        for name, write in writers.items():
+        for name, write in progress(writers.items(), desc="files", delay=2, leave=False):
             write(folder / name)
     return [folder / name for name in writers]
 
