@@ -22,6 +22,7 @@ from fivebar.cli import calibrate as calibrate_command
 from fivebar.cli import draw, draw_place, grade, grade_folder, main, mark, track
 from fivebar.cli import linkage as linkage_command
 from fivebar.cli import map as map_command
+from fivebar.grading.course.settings import Settings
 from fivebar.grading.intake.cohort_folder import HandIn
 from fivebar.grading.intake.hand_in import Left, ProgramFile
 from fivebar.grading.labs import find_lab
@@ -1449,7 +1450,7 @@ def course(here, monkeypatch):
     (here / "subs").mkdir()
     monkeypatch.setattr("fivebar.grading.course.course.Course", Course)
     monkeypatch.setattr("fivebar.grading.course.gradebook.Gradebook", lambda *words: words)
-    settings = SimpleNamespace(packages=("scipy",))
+    settings = Settings(packages=("scipy",))
     monkeypatch.setattr("fivebar.grading.course.settings.read_settings", lambda out: settings)
     monkeypatch.setattr(
         "fivebar.grading.course.settings.offer_settings",
