@@ -38,6 +38,10 @@ SLIPS = {
         "Your angle points from the base joint to the end-effector. Which bar does the motor turn?",
         {"elbow": lambda s: s.reach},
     ),
+    "passive angles from the base joints": (
+        "Where does the distal bar begin? Draw the vector from there to the end-effector.",
+        {"bar": lambda s: s.reach},
+    ),
     "length of the proximal bar forgotten": (
         UNITS,
         {"bar": lambda s: s.tip[:, None] - s.base - np.exp(1j * s.q)},

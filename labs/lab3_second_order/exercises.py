@@ -11,6 +11,14 @@ SLIPS = {
         "Let the motors run at constant speed: is the end-effector's acceleration 0?",
         {"d": lambda s: 0 * s.far},
     ),
+    "centripetal terms of the proximal bars forgotten in d": (
+        "The elbows turn about their base joints. What do they do at constant speed?",
+        {"near": lambda s: 0 * s.rates},
+    ),
+    "centripetal terms of the distal bars forgotten in d": (
+        "The end-effector turns about the elbow. At which rate?",
+        {"far": lambda s: 0 * s.rates},
+    ),
     "d not multiplied by the inverse of A": (
         "A xi'' = B q'' + d: solve it for what you look for.",
         {"xi_ddot_found": lambda s: product(s.J, s.accelerations) + s.d},

@@ -269,7 +269,7 @@ def jump(times, motion):
     beyond |= np.abs(np.diff(velocity, axis=0)) > h * most + 1e-9
     rows = np.flatnonzero(beyond.any(axis=1))
     return (
-        f"it jumps between t = {times[rows[0]]:.6g} and {times[rows[0] + 1]:.6g} s"
+        f"it jumps between t = {times[rows[0]]:.6g} and {times[rows[0] + 1]:.6g} s: what is the time of each part counted from?"
         if len(rows)
         else ""
     )
@@ -291,7 +291,7 @@ def judge_crossing(ask, robot, draw, task):
     pose = fb.igm(robot, motion[0], unreachable="nan")
     reason = wrong_motion(task, motion, [at(some + shift) for shift in (-SHORTLY, SHORTLY)], pose)
     if reason:
-        ask.verdict(0.0, reason, asked)
+        ask.verdict(0.0, jump(t, motion) or reason, asked)
     ((k, beyond),) = crossings(pose.assembly)
     low, high = t[k], t[beyond]
     for _ in range(24):

@@ -15,13 +15,15 @@ from fivebar.grading.ten_models import TEN
 ROBOT = fb.Biglide()  # the handout's
 
 
-def efforts(robot, x, y, xD, yD, xDD, yDD, gamma1, gamma2, speed=1.0, bias=1.0, raw=False):
-    """speed: by which the velocity is multiplied for q''; bias: of c; raw: xi'' in place of q''."""
+def efforts(
+    robot, x, y, xD, yD, xDD, yDD, gamma1, gamma2, speed=1.0, bias=1.0, mass=1.0, raw=False
+):
+    """Factors: speed, of xi' for q''; bias, of c; mass, of M; raw: xi'' in place of q''."""
     pose = fb.igm(robot, np.stack([x, y], -1), np.stack([gamma1, gamma2], -1))
     xi_dot, xi_ddot = np.stack([xD, yD], -1), np.stack([xDD, yDD], -1)
     M, c = fb.dynamic_model(fb.ikm(pose, xi_dot))
     q_ddot = xi_ddot if raw else fb.ikm2(fb.ikm(pose, speed * xi_dot), xi_ddot).q_ddot
-    return tuple(times(M, *q_ddot.T) + bias * c.T)
+    return tuple(mass * np.array(times(M, *q_ddot.T)) + bias * c.T)
 
 
 EFFORTS = Exercise(
@@ -32,6 +34,11 @@ EFFORTS = Exercise(
             "c forgotten",
             "At constant speed of the feet the end-effector still accelerates. Which effort does that need?",
             partial(efforts, bias=0.0),
+        ),
+        Misconception(
+            "M q'' forgotten",
+            "Which efforts does a motion need whose feet accelerate?",
+            partial(efforts, mass=0.0),
         ),
         Misconception(
             "bias of the second-order model forgotten",
@@ -69,6 +76,14 @@ SLIPS = {
         {"tip": lambda s: 1j * np.conj(STEPS["tip"](s))},
     ),
     "stops at H": ("How far is your point from either of the feet?", {"h": lambda s: 0 * s.a}),
+    "H taken in the middle, as with equal bars": (
+        "Which triangle has H in the middle?",
+        {"a": lambda s: np.abs(s.line) / 2},
+    ),
+    "velocity of the feet forgotten": (
+        "Let the end-effector rest: do the bars turn?",
+        {"of_pivot": lambda s: 0 * s.rates},
+    ),
     "root of an absolute value": (ROOT, {"root": lambda s: lambda x: np.sqrt(np.abs(x))}),
     "height 0 where the bars do not meet": (
         ROOT,

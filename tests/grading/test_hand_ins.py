@@ -1,5 +1,6 @@
 """Files as students hand them in: right ones get full marks, mistakes are named, nothing is named that is not so."""
 
+import re
 from functools import partial
 
 import numpy as np
@@ -69,6 +70,18 @@ def test_a_mistake_by_another_hand_has_no_false_name_and_costs_no_other_function
     beside = [c for c in report.checks if c.share < 1 and c.function in unwritten]
     assert not report.faults and {name for name, _ in false} <= set(case.truths)
     assert lost <= sum(c.max_points for c in beside) + OF_ALL.get(case.lab, 0)
+
+
+EIGHTH = [*hand_ins("fresh/eighth.txt")]
+
+
+@pytest.mark.every(6)
+@pytest.mark.parametrize("case", EIGHTH, ids=[case.title.replace(" ", "_") for case in EIGHTH])
+def test_a_slip_is_named_as_a_teacher_would(case, tmp_path):
+    report = graded(case, tmp_path)
+    for check in report.checks:
+        told = f"{check.text} {check.misconception}"
+        assert check.share == 1 or re.search(case.truths[check.function], told), check
 
 
 @pytest.mark.deep

@@ -65,6 +65,9 @@ TRIED = {
     ),
     "an index": ("p = [a, b]\n    return p[1] * l", "p = [a, b]\n    return p[0] * l"),
     "the order": ("return atan2(a, b)", "return atan2(b, a)"),
+    "a product": ("return a * cos(b) - b * sin(a)", "return a * sin(a) + b * cos(b)"),
+    "steps": ("return sum(a**k for k in range(200))", "return sum(a**k for k in range(7))"),
+    "a typed number": ("return l * a + l / 2 * b", "return 0.09 * a + 0.045 * b"),
 }
 HEAD = """from math import atan2, cos, sin, sqrt
 from numpy import array, ones
@@ -403,7 +406,9 @@ def test_two_slips_in_one_function_are_told_together(tmp_path):
     checks = [check for check in found.checks if check.function == "dkm_passive"]
     (name,) = {check.misconception for check in checks}
     assert found.points == 18
-    assert name == "factor l11 too much in the passive joints' answer; and the sign of q21D"
+    assert (
+        name == "division by l forgotten in the left passive joint's answer; and the sign of q21D"
+    )
     (spot,) = {check.spot for check in checks}
     assert (
         spot.count("right answers come with") == 2

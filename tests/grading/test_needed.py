@@ -234,14 +234,6 @@ def test_places_of_both_legs_are_one_group_with_the_names_of_the_first():
     assert second["__old__"] == [2 * 0.3 * math.cos(0.7)]
 
 
-def test_the_parts_of_a_vector_are_one_group():
-    _, groups, called = watched()
-    pair = groups["l * cos(q11)", 2]
-    assert called([None, [pair, [[1.0], [5.0]]]], 0.4, 0.7)[0][1] == pytest.approx(
-        2 * 0.3 * math.cos(0.7) + 5.0
-    )
-
-
 def test_what_is_written_for_one_leg_is_written_for_the_other_with_its_names():
     program, groups, _ = watched()
     body, words = program.changed([[groups["bar(q11) * 2", 2], "a term", f"{OLD} + q11"]])

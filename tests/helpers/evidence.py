@@ -24,7 +24,7 @@ from tests.helpers.hand_ins import mends as is_mended
 from tests.helpers.lab_session import SOLUTIONS, mistakes
 from tests.helpers.mutants import mutants
 
-FILES = "cases others fresh/first fresh/second fresh/third fresh/fourth fresh/fifth fresh/sixth fresh/seventh".split()
+FILES = "cases others fresh/first fresh/second fresh/third fresh/fourth fresh/fifth fresh/sixth fresh/seventh fresh/eighth".split()
 MUTATED = (
     "amoro scalars",
     "amoro helpers",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..plugin import Checks
 
 MOST_SECONDS = 20.0  # of processor time, of the changes that are tried in a file
-SHARE = 0.6  # of what is left, for one function
+SHARE, LEAST = 0.6, 0.15  # of what is left, for one function, and for one that has a name
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
 MENDED = "value nan exception shape type accepted".split()
 
@@ -34,7 +34,7 @@ def is_named(check: Check) -> bool:
 
 def may_be_mended(check: Check) -> bool:
     """Return whether a check got wrong answers from a function that is written to its end."""
-    ended = "is a return missing" not in check.text
+    ended = check.share > 0 or "is a return missing" not in check.text
     return check.reason in MENDED and not not_started(check) and ended
 
 
@@ -89,7 +89,7 @@ class Advice:
         """Look for what makes a function right, tell it, and judge others with it."""
         named = all(mistake and mistake.model for mistake in mistakes)
         for asked in self._askings(function):
-            budget = Budget(SHARE * self._seconds)
+            budget = Budget((LEAST if named else SHARE) * self._seconds)
             self._seconds -= budget.left
             wrong = {check.function for check in self._checks.found if check.share < 1}
             mend = find_mend(self._program, self._lab, function, asked, wrong, not named, budget)

@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.backend import pairs
-from ..columns import Array, inverse
-from ..derivation import Derivation, turned
+from ..columns import QUARTER, Array, inverse
+from ..derivation import Derivation, product, solved, turned
 from ..judging.questions import AskedRows, rows_from
 from ..judging.with_right_ones import MODES
 from ..robots import has_models, parameters_of
@@ -53,14 +53,14 @@ QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
     "the inverse of M": lambda s: inverse(s.M),
     "the inertias": lambda s: s.Z + 0 * s.J,
     "c": "c",
-    "A^-1 d": lambda s: (inverse(s.A) @ s.d[..., None])[..., 0],
+    "A^-1 d": lambda s: solved(s.A, s.d),
     "the share of the end-effector along {leg}v": "of_tip",
     "the share of the {leg}pivot along v": "of_pivot",
     "the centripetal share of the {leg}pivot": "pull",
     "the {leg}distal bar's rate": "turning",
-    "the passive joints' answer": "passive_found",
-    "B q'' + d": lambda s: (s.B @ s.accelerations[..., None])[..., 0] + s.d,
-    "A xi'' - d": lambda s: (s.A @ s.xi_ddot[..., None])[..., 0] - s.d,
+    "the {leg}passive joint's answer": "passive_found",
+    "B q'' + d": lambda s: product(s.B, s.accelerations) + s.d,
+    "A xi'' - d": lambda s: product(s.A, s.xi_ddot) - s.d,
     "the {leg}pivot": "pivot",
     "the vector of the {leg}proximal bar": "crank",
     "the line between the pivots": "line",
@@ -87,6 +87,7 @@ TERMS = "Derive the formula once more on paper: how many terms does it have?"
 NAMES = "Read each name in your formula: which quantity of your derivation is it?"
 MATRICES = "Solve the equation for what you look for: which matrix is on the other side?"
 SHAPES = "Write the shapes and the meaning of rows and columns beside each matrix."
+PARALLEL = "Which product is 0 for parallel vectors, and which for perpendicular ones?"
 PRODUCTS = "What does * do with two arrays, and what does @ do?"
 ANGLE = "Draw the angle: which side of the triangle is the cosine, which the sine?"
 ARC = "An arc has no sign of its own. Which two numbers tell atan2 the quadrant?"
@@ -118,11 +119,17 @@ a square; \*\*.*=>.*\*; a square in place of a product; {UNITS}
 a square; ; a square forgotten; {UNITS}
 a root; ; a root too much or forgotten; {UNITS}
 a factor; gamma|assembly|branch; the mode forgotten; For which mode is it right?
+a factor; ^(?P<rest>.+) => (?P=rest) / (?P<by>[\w.]+)$; division by {by} forgotten; {UNITS}
 a factor; ; a wrong factor; {UNITS} Where does each factor come from?
 a mode; ; the mode forgotten; {FLIPPED}
 a hypotenuse; ; a side in place of a hypotenuse; How long is a vector that has an x and a y?
 an operator; ; a wrong operator; {UNITS}
+a number; ^(0\.0\d*|\S*e-\d+) =>; a wrong threshold; What is the largest value that counts as 0?
 a number; ; a wrong number; Where does each number in your formula come from?
+a typed number; ; {old} typed in place of {new}; What if the robot has other lengths or masses?
+steps; ; too few steps; How close to the solution are you after each step?
+a product; [+] .*=>; a scalar product in place of a cross product; {PARALLEL}
+a product; ; a cross product in place of a scalar product; {PARALLEL}
 a whole number; ; an array of whole numbers; {WHOLE}
 a term; ^(?P<rest>.+) [+-] (?P<term>[^+-]+) => (?P=rest)$; {term} too much; {TERMS}
 a term; ^(?P<rest>.+) => (?P=rest) [+-] (?P<term>[^+-]+)$; {term} forgotten; {TERMS}
@@ -159,8 +166,7 @@ def _matrices(numbers):
 
 
 def _quarter(numbers):
-    pairs = numbers.reshape(len(numbers), -1, 2)[..., ::-1] * (-1, 1)
-    return pairs.reshape(numbers.shape)
+    return (numbers.reshape(-1, 2) @ QUARTER.T).reshape(numbers.shape)
 
 
 # How a wrong value goes with the right one: the name, of {Q}, the right value, and {P}, another
@@ -207,6 +213,7 @@ class Quantities:
     def _name_steps(self, robot, given, count):
         s = Derivation(robot, given)
         places = {"base": robot.words.base, "pivot": "elbow" if robot.turns else "foot"}
+        places["pivots"] = "elbows" if robot.turns else "feet"
         for name, step in QUANTITIES.items():
             try:
                 with np.errstate(all="ignore"):
@@ -216,9 +223,12 @@ class Quantities:
             value = np.broadcast_to(value, (count, *np.shape(value)[1:]))
             if np.iscomplexobj(value):
                 value = pairs(value)
-            name = re.sub(r"\b(base|pivot)(?=s?\b)", lambda m: places[m[0]], name)
+            name = re.sub(r"\b(base|pivots?)\b", lambda m: places[m[0]], name)
             parts = _with_parts(name, value)
-            self.named += [(text, one) for text, one in parts if _tells(one)]
+            # Plain numbers are what many other things are, too.
+            self.named += [
+                (text, one) for text, one in parts if one.shape[1] > 2 or np.ptp(one, axis=0).any()
+            ]
 
     def name_of(self, values: Array) -> str:
         """Return what values are called, "" where they have no name."""
@@ -226,13 +236,12 @@ class Quantities:
 
     def others(self, change: Change) -> Iterator[tuple[str, Array]]:
         """Yield what may be forgotten, or stand in the place of something else: a length or a mass
-        only where the change has a name more, or one less.
+        only where the change has its name more, or less.
         """
         new = change.new.split(", in ")[0]
-        words = [{*_WORD.findall(text)} for text in (change.old, new)]
-        if changed := words[0] ^ words[1]:
-            # Of equal lengths, the one that the change speaks of.
-            yield from sorted(self.lengths_and_masses, key=lambda pair: pair[0] not in changed)
+        # Of equal lengths, the one that the change speaks of.
+        changed = {*_WORD.findall(change.old)} ^ {*_WORD.findall(new)}
+        yield from (pair for pair in self.lengths_and_masses if pair[0] in changed)
         yield from self.plain
         yield from self.named
 
@@ -244,19 +253,14 @@ def _with_parts(name, value):
         yield name, flat
         if value.ndim == 2:
             for number in flat.T:
-                yield name, number[:, None]
+                yield f"a part of {name}", number[:, None]
         return
     yield name.format(leg=""), value.reshape(len(value), -1)
     for leg, side in enumerate(("left ", "right ")):
         own = value[:, leg].reshape(len(value), -1)
         yield name.format(leg=side), own
         for number in own.T if own.shape[1] > 1 else ():
-            yield name.format(leg=side), number[:, None]
-
-
-def _tells(values):
-    """Return whether values are no plain numbers that many other things are, too."""
-    return values.shape[1] > 2 or bool(np.ptp(values, axis=0).any())
+            yield f"a part of {name.format(leg=side)}", number[:, None]
 
 
 def _alike(a, b):
@@ -316,25 +320,24 @@ def named_change(
     """Return the name and the hint of one change; around: what it was worth before and after, and
     what it stands in, from inside to outside.
     """
-    both = change.old, change.new.split(", in ")[0]
-    if {*both} <= {name for name, _ in known.plain}:
-        # In few rows one argument may be another one's opposite.
-        return "{} in place of {}".format(*both), NAMES
     kind, hint = _kind(change)
     # The name of these tells more than their value.
     told = change.kind in ("a function", "a square", "a mode", "a hypotenuse")
-    told |= change.kind == "a term" and kind.split()[0] in dict(known.lengths_and_masses)
+    told |= bool({*_WORD.findall(kind)} & dict(known.plain + known.lengths_and_masses).keys())
     where = ""
     for old, new in around:
         quantity = known.name_of(new)
         where = where or quantity
-        found = _related(old, new, quantity, known.others(change))
+        relations = WITH_ANOTHER if quantity else ADDED
+        if change.kind == "a sign":
+            relations = tuple(one for one in relations if one[1] == SIGNS)
+        found = _related(old, new, quantity, known.others(change), relations)
         if found and not told:
             return found
     return (f"{kind} in {where}" if where else kind), hint
 
 
-def _related(old, new, quantity, others):
+def _related(old, new, quantity, others, relations):
     """Return the name and the hint of what relates a wrong value to the right one, None where
     nothing does, or where they are the same but for rounding.
     """
@@ -346,7 +349,7 @@ def _related(old, new, quantity, others):
             if _alike(a, b) or but_for_sign and _alike(a, -b):
                 return name.format(Q=quantity), hint
         for other, value in others:
-            for name, hint, holds, *but_for_sign in WITH_ANOTHER if quantity else ADDED:
+            for name, hint, holds, *but_for_sign in relations:
                 if other != quantity and value.shape[1] in (1, old.shape[1]):
                     a, b = np.broadcast_arrays(*holds(old, new, value))
                     moves = np.ptp(a, axis=0).max() > CLOSE * np.abs(a).max()

@@ -137,15 +137,7 @@ class _Search:
         self.student: Helped = program.student
         self.asked = []
         for each in asked:
-            own, *others = _answerable(each, program, lab)
-            # Where longer bars leave no pose on a way, right files stop.
-            answered = [np.isfinite(self._came(rows, None)).all(axis=1) for rows in others]
-            self.asked += [own] if len(own.good) else []
-            self.asked += [
-                rows.part(np.flatnonzero(known))
-                for rows, known in zip(others, answered)
-                if known.any()
-            ]
+            self.asked += [rows for rows in _answerable(each, program, lab) if len(rows.good)]
         # Where no answer exists, a change that makes all right gives none either: also where an
         # answer is given and nothing else is wrong.
         wrong = any(len(rows.wrong) for rows in asked)
@@ -295,9 +287,6 @@ class _Search:
                 return rows.part(places[spread(len(places), most)])
         return None
 
-    def _came(self, rows, tried, numbers=()):
-        return numbers_of(rows.exercise, self._replies(rows, tried, [numbers]))
-
     def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:
         """Return which numbers are right, or none where there is no answer, with each of these
         changes: (changes, rows, numbers).
@@ -386,9 +375,11 @@ def _answerable(rows, program, lab):
     """Yield the rows that have an answer, and the same for other masses and lengths where the file
     lets them be set.
     """
-    asked = [rows]
+    asked, name = [rows], rows.exercise.name
+    # With longer bars, right files stop on a way that leaves the reach of a leg.
+    moves = name in TEN and rows.exercise.arguments == tuple(MODELS[name][1])
     if not rows.constants and has_models(rows.robot):
-        for longer in (False, True):
+        for longer in {False, moves}:
             robot, constants = _with_others(rows.robot, program, lab, longer)
             moved = moving(rows, robot) if longer else rows
             asked.append(replace(moved, robot=robot, constants=constants))
@@ -403,9 +394,6 @@ def moving(rows: AskedRows, robot: Robot) -> AskedRows:
     """Return rows for one of the lab's ten functions with motions that another robot can make: on
     angles and rates that do not belong together, right formulas differ.
     """
-    name, arguments = rows.exercise.name, rows.exercise.arguments
-    if name not in TEN or arguments != tuple(MODELS[name][1]):
-        return rows
-    columns = columns_of(name, motions(robot, np.random.default_rng(0), OTHERS))
+    columns = columns_of(rows.exercise.name, motions(robot, np.random.default_rng(0), OTHERS))
     tolerance, none = np.full(OTHERS, rows.tolerance.max()), np.zeros(OTHERS, bool)
     return replace(rows, columns=columns, tolerance=tolerance, refuse=none, good=none)

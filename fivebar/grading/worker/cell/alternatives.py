@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import reduce
 from itertools import combinations, permutations
 
-from scopes import Scope, names_in, other_leg
+from scopes import LEG_NUMBER, Scope, names_in, other_leg
 
 # An operator, what may be meant, and what is then wrong.
 _OPERATORS = """
@@ -62,16 +62,17 @@ _MEANT = {word: others for word, *others in map(str.split, _TABLE.strip().splitl
 _LIMITS = "round max min maximum minimum clip".split()  # that may be too much
 _OF_MATRICES = ast.MatMult | ast.Assign | ast.Attribute  # what a matrix may stand in
 _FACTOR = ast.Mult | ast.Div | ast.MatMult
-_ATAN = {"atan": "atan2", "arctan": "arctan2"}
 _FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
 _THRESHOLDS = [10.0**-power for power in range(3, 13)]  # tried in place of a small number
 LARGEST_THRESHOLD = 0.05
+MANY = 200  # steps, enough for what comes closer with each
 MOST_WHOLE = 20  # of whole numbers that may be off by 1
 MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
 MOST_ARGUMENTS = 4  # of a call of which all orders are tried
 MOST_TOKENS = 60  # of a formula in which brackets are tried
 _TOKEN = re.compile(r"[\w.]+|\*\*|//|[^\s\w]")
 _WORD = re.compile(r"[\w.]")
+_BAR = re.compile(r"\d(?=\D*$)")  # the number of a bar in its leg
 _GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow | ast.FloorDiv
 Alternatives = Iterator[tuple[int, str, ast.expr]]
 
@@ -144,9 +145,9 @@ def alternatives(place: Place) -> Alternatives:
             yield 2, "a mode", both
     around = getattr(place.parent, "op", place.parent)
     if isinstance(around, _OF_MATRICES) or _callee(around) == "dot":
-        yield 2, "a transpose", transposed(node)
+        yield 1, "a transpose", transposed(node)
     whole = isinstance(place.parent, ast.stmt | ast.Lambda | ast.List | ast.Tuple)
-    if whole or isinstance(node, ast.Call):
+    if whole or isinstance(node, ast.Call) or isinstance(around, ast.Div):
         yield from _exchanged(node, place.scope)
 
 
@@ -173,9 +174,9 @@ def _exchanged(node, scope):
     names = names_in([node])
     numbers = sorted({*scope.constants} & {*names})
     once = [name for name in scope.arguments if names.count(name) == 1]
+    pairs = *combinations(numbers, 2), *combinations(once, 2)
     ways = [
-        *(("a variable", _swapped(text, *pair)) for pair in combinations(numbers, 2)),
-        *(("a variable", _swapped(text, *pair)) for pair in combinations(once, 2)),
+        *(("a variable", _swapped(text, *pair)) for pair in pairs),
         ("a function", _swapped(text, "sin", "cos")),
         ("a variable", other_leg(text)),
         ("a variable", _swapped(text, "A", "B")),
@@ -200,8 +201,7 @@ def _of_name(place):
     rank = int(_is_given_by_name(place))
     yield from ((rank, "a variable", name_of(other)) for other in scope.like(name))
     for other in _added_angles(place):
-        if other != name:
-            yield 1, "a term", ast.BinOp(name_of(other), ast.Add(), place.node)
+        yield 1, "a term", ast.BinOp(name_of(other), ast.Add(), place.node)
     yield from ((0, "a function", name_of(other)) for other in _MEANT.get(name, ()))
     if name in scope.constants:
         yield 1, "a factor", ast.BinOp(place.node, ast.Div(), ast.Constant(2))
@@ -210,23 +210,19 @@ def _of_name(place):
 
 
 def _added_angles(place):
-    """Return names of what may be forgotten in an angle: the direction of a bar is the sum of its
-    leg's angles.
+    """Return names of what may be forgotten in an angle or a rate: the direction of a bar is the
+    sum of its leg's angles.
     """
     name, scope = place.node.id, place.scope
-    if _callee(place.parent) in ("sin", "cos"):
-        return [other for other in scope.like(name) if other[:-1] == name[:-1]]
+    alike = [other for other in scope.like(name) if _BAR.sub("", other) == _BAR.sub("", name)]
     alone = isinstance(place.parent, ast.Call) and len(place.parent.args) == 1
-    return scope.arguments if alone and len(scope.arguments) == 2 else []
+    return alike or (scope.arguments if alone and len(scope.arguments) == 2 else [])
 
 
 def _is_given_by_name(place):
     """Return whether a name is given to a function that has the same name for that argument."""
-    call = place.parent
-    if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
-        return False
-    arguments = place.scope.functions.get(call.func.id, [])
-    given = zip(call.args, arguments)
+    arguments = place.scope.functions.get(_callee(place.parent))
+    given = zip(place.parent.args, arguments) if arguments else ()
     return any(node is place.node and node.id == argument for node, argument in given)
 
 
@@ -243,6 +239,10 @@ def _of_operation(place):
     left, op, right = node.left, node.op, node.right
     for other, kind in operators(op):
         yield 0, kind, ast.BinOp(left, other, right)
+        if kind == "a sign" and _is_product(left) and _is_product(right):
+            outer = ast.BinOp(left.left, ast.Mult(), right.right)
+            inner = ast.BinOp(right.left, ast.Mult(), left.right)
+            yield 1, "a product", ast.BinOp(outer, other, inner)
     kind = "a factor" if isinstance(op, _FACTOR) else "a term"
     kind = "a square" if isinstance(op, ast.Pow) else kind
     yield 2, kind, left
@@ -258,6 +258,10 @@ def _of_operation(place):
         yield from _of_matrices(node)
     if not isinstance(place.parent, ast.BinOp | ast.UnaryOp):
         yield from ((1, "a bracket", new) for new in _brackets(node))
+
+
+def _is_product(node):
+    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult)
 
 
 def _of_matrices(node):
@@ -328,19 +332,38 @@ def _moved_ends(node):
 
 
 def _of_number(place):
-    value = place.node.value
-    if isinstance(place.parent, ast.Subscript):
+    value, around = place.node.value, place.parent
+    if isinstance(around, ast.Subscript):
         yield from ((1, "an index", other) for other in _indices(place.node, place.scope))
         return
     if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
         return
-    if type(value) is int and isinstance(place.parent, ast.List | ast.Tuple):
+    listed = isinstance(around, ast.List | ast.Tuple)
+    if type(value) is int and listed:
         yield 0, "a whole number", ast.Constant(float(value))
+    if _callee(around) in ("range", "linspace"):
+        yield 1, "steps", ast.Constant(MANY)
+    yield from ((0, "a typed number", name) for name in typed(place))
     near = (value + 1, value - 1) if type(value) is int else ()
     thresholds = _THRESHOLDS if 0 < value < LARGEST_THRESHOLD else ()
-    for other in dict.fromkeys((*near, *thresholds, *_FACTORS)):
+    for other in dict.fromkeys((*near, *thresholds, *(() if listed else _FACTORS))):
         if other != value:
             yield 1, "a number", ast.Constant(other)
+
+
+def typed(place: Place) -> list[ast.expr]:
+    """Return what of the file a number may be typed for: its numbers, and halves of them, of the
+    leg that the formula around speaks of.
+    """
+    number, found = getattr(place.node, "value", None), []
+    legs = {*LEG_NUMBER.findall(ast.unparse(place.parent))}
+    for name, value in place.scope.values.items():
+        is_own = len(legs) != 1 or legs.issuperset(LEG_NUMBER.findall(name))
+        if is_own and value == number:
+            found.append(name_of(name))
+        elif is_own and value / 2 == number:
+            found.append(ast.BinOp(name_of(name), ast.Div(), ast.Constant(2)))
+    return found
 
 
 def transposed(node: ast.expr) -> ast.expr:
@@ -354,7 +377,7 @@ def _of_attribute(place):
         yield 0, "a transpose", node.value
     for other in _MEANT.get(node.attr, ()):
         yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
-        if isinstance(node.value, ast.BinOp) and isinstance(node.value.op, ast.Mult):
+        if _is_product(node.value):
             left = ast.Call(ast.Attribute(node.value.left, "conjugate", ast.Load()), [], [])
             product = ast.BinOp(left, ast.Mult(), node.value.right)
             yield 2, "a conjugate", ast.Attribute(product, node.attr, ast.Load())
@@ -398,13 +421,13 @@ def _of_call(place):
         matrix, vector = arguments
         yield 1, "a transpose", ast.Call(node.func, [transposed(matrix), vector], [])
     quotient = arguments[0]
-    if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
+    if (
+        name in ("atan", "arctan")
+        and isinstance(quotient, ast.BinOp)
+        and isinstance(quotient.op, ast.Div)
+    ):
         both = [quotient.left, quotient.right]
-        if isinstance(node.func, ast.Attribute):
-            other = f"{ast.unparse(node.func.value)}.{_ATAN[name]}"
-        else:
-            other = "__import__('math').atan2"
-        function = ast.parse(other, mode="eval").body
+        function = ast.parse("__import__('math').atan2", mode="eval").body
         yield 1, "a function", ast.Call(function, both, [])
 
 
@@ -423,7 +446,8 @@ def _of_list(place):
         yield 1, "the order", kind(order, ast.Load())
     if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
         x, y = parts
-        for turned in ([_negative(y), x], [y, _negative(x)], [_negative(x), _negative(y)]):
+        turns = [[_negative(y), x], [y, _negative(x)], [_negative(x), _negative(y)]]
+        for turned in turns[: 2 + (kind is ast.List)]:  # a pair of matrices has no direction
             yield 2, "a direction", kind(turned, ast.Load())
 
 

@@ -14,16 +14,17 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
+from itertools import chain, islice, product
 from typing import Any
 
-from alternatives import alternatives, operators, places
+from alternatives import alternatives, operators, places, typed
 from reading import deep
 from scopes import Scope, compiled, exchanged, names_in, put_in, scopes, short
 from watched import Watched
 
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
+MOST_TYPED = 256  # ways to name the numbers that a function has typed
 MOST_TOLD = 8  # changes of one request that are told in words
 WAVES = (0, 1), (2,)  # ranks tried together
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
@@ -234,13 +235,13 @@ class _Single:
 
     @property
     def old(self) -> str:
-        return "; ".join(map(ast.unparse, self.nodes))
+        return ", ".join(dict.fromkeys(map(ast.unparse, self.nodes)))
 
     @property
     def new(self) -> str:
         told = [new if isinstance(new, list) else [new] for new in self.swaps.values()]
         lines = [ast.unparse(ast.fix_missing_locations(part)) for part in chain(*told)]
-        return "; ".join(lines)
+        return ", ".join(dict.fromkeys(lines))
 
 
 def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
@@ -250,12 +251,24 @@ def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
             if rank in ranks:
                 key = kind, _leg_free(f"{old}; {signs.of(new)}"), around
                 yield _Single(rank, kind, scope, [place.node], {id(place.node): new}, key)
+    if 1 in ranks:
+        yield from _typed(scope)
     if isinstance(scope.function, ast.FunctionDef):
         for rank, kind, nodes, new in _of_statements(scope):
             if rank in ranks:
                 swaps = dict(zip(map(id, nodes), new))
                 key = kind, _leg_free("; ".join(map(signs.of, (*nodes, *chain(*new))))), ""
                 yield _Single(rank, kind, scope, nodes, swaps, key)
+
+
+def _typed(scope) -> Iterator[_Single]:
+    """Yield all numbers that are typed in a function, with the file's in their places."""
+    numbers = [place for place in places(scope) if isinstance(place.node, ast.Constant)]
+    names = {place.node: new for place in numbers if (new := typed(place))}
+    for chosen in islice(product(*names.values()), MOST_TYPED) if names else ():
+        swaps = dict(zip(map(id, names), chosen))
+        key = "typed numbers", "; ".join(map(ast.unparse, chosen)), scope.name
+        yield _Single(1, "a typed number", scope, [*names], swaps, key)
 
 
 class _Signs:

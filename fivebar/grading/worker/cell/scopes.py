@@ -15,19 +15,21 @@ from itertools import chain
 from types import FunctionType, ModuleType
 from typing import Any
 
+WHOLE = 0, 1, 2  # numbers that stand for themselves
 MOST_OF_ARRAY = 200  # nodes of a vector or a matrix: what is larger are data
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
 DEPTH = 3  # of objects that hold objects
 MOST_TEXT = 120  # characters quoted: what is told can be carried out
 REWRITES: list[Callable[[ast.Module], ast.Module]] = []  # of this process's file
-_LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
+LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 
 
 @dataclass(frozen=True)
 class Scope:
     """The names of a function, or of a line that makes an array of the file: arguments in order,
     those to which it gives a value, numbers of the file; all of them; functions of the file with
-    their arguments; known: all names with a value.
+    their arguments; known: all names with a value; values: those of numbers that are no small whole
+    ones.
     """
 
     function: ast.FunctionDef | ast.Lambda | ast.Assign
@@ -38,6 +40,7 @@ class Scope:
     names: frozenset[str]
     functions: dict[str, list[str]]
     known: frozenset[str]
+    values: dict[str, float]
 
     def like(self, name: str) -> list[str]:
         """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
@@ -67,6 +70,11 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             arguments[called] = _own_arguments(made)
     lines = [node for node in body if isinstance(node, ast.Assign) and not function_of(node)[0]]
     constants = names_in(chain(*(node.targets for node in lines)), ast.Store)
+    values: dict[str, float] = {}
+    for node in lines:
+        value = getattr(node.value, "value", None)
+        if isinstance(value, float) and value not in WHOLE:
+            values |= dict.fromkeys(names_in(node.targets, ast.Store), value)
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
     waiting, seen = deque([function]), []
     while waiting:
@@ -78,8 +86,7 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             parts = ast.walk(node)
             waiting += [getattr(part, "id", getattr(part, "attr", "")) for part in parts]
     for node, name in chain(*(defined[name] for name in seen)):
-        of_functions = [part.arg for part in ast.walk(node) if isinstance(part, ast.arg)]
-        given = {*of_functions} - {"self"}
+        given = {part.arg for part in ast.walk(node) if isinstance(part, ast.arg)} - {"self"}
         stored = sorted({*names_in([node], ast.Store)})
         known = {*given, *stored, *constants, *defined, *top}
         yield Scope(
@@ -91,6 +98,7 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             frozenset({*names_in([node]), *given, *constants}),
             arguments,
             frozenset({*known, *dir(builtins)}),
+            values,
         )
 
 
@@ -154,7 +162,7 @@ def _own_arguments(function):
 
 def other_leg(text: str) -> str:
     """Return a formula with the names of one leg in place of those of the other."""
-    return _LEG_NUMBER.sub(lambda found: str(3 - int(found[0])), text)
+    return LEG_NUMBER.sub(lambda found: str(3 - int(found[0])), text)
 
 
 def rebuilt(node: ast.AST, put: Callable) -> Any:

@@ -7,7 +7,6 @@ Nothing here knows the right answers: the grader looks for the values that lead 
 from __future__ import annotations
 
 import ast
-import re
 import sys
 from functools import cached_property, partial
 from itertools import chain
@@ -25,8 +24,6 @@ MOST_NUMBERS = 9  # of a matrix
 MOST_VISITS = 8  # of a place in one call that are told
 MOST_ATOMS = 150  # values beside a place that are told
 LONGEST = 60  # characters of a formula whose value is told beside a place
-_TURNED = re.compile(r"\b(sin|cos)\b|\b[sc](?=\d)")
-_OTHER = {"sin": "cos", "cos": "sin", "s": "c", "c": "s"}
 Group = list[tuple[int, bool]]  # places with the same formula; whether for the other leg
 
 
@@ -152,7 +149,7 @@ class Watched:
         del self._places[MOST_PLACES:]
         self._texts = [ast.unparse(place.node) for place in self._places]
         self.groups: list[Group] = [[(k, False)] for k in range(len(self._places))]
-        self.groups += [*_twins(self._places, self._texts), *_components(self._places, self._texts)]
+        self.groups += _twins(self._places, self._texts)
 
     def install(self, space: dict, apart: list[str]) -> bool:
         """Put the functions that show their values into a module, as `Variants` does."""
@@ -241,8 +238,7 @@ def _target(line):
 def _read_line(line):
     if isinstance(line, ast.Assign) and isinstance(line.targets[0], ast.Subscript):
         line = line.value  # B[0, 0] and B[1, 1] are one for either leg
-    body = getattr(line, "body", None)
-    return ast.unparse(line.test if isinstance(body, list) and hasattr(line, "test") else line)
+    return ast.unparse(getattr(line, "test", line))
 
 
 def _may_differ(place):
@@ -277,23 +273,6 @@ def _twins(places: list[Place], texts: list[str]) -> list[Group]:
         if same and (target, text) != (other_leg(target), other_leg(text)):
             twins += [[(a, False), (b, True)] for a, b in zip(numbers, others)]
     return twins
-
-
-def _components(places: list[Place], texts: list[str]) -> list[Group]:
-    """Return pairs of places in one line, or in two that follow each other, that are alike but for
-    sine and cosine, as the parts of a vector are; and those at the same position in such a pair.
-    """
-    numbers = {id(place.node): k for k, place in enumerate(places)}
-    found: dict = {}
-    for k, place in enumerate(places):
-        turned = _TURNED.sub(lambda found: _OTHER[found[0]], texts[k])
-        for other in range(k + 1, len(places) if turned != texts[k] else 0):
-            near = abs(places[other].node.lineno - place.node.lineno) <= 1
-            if near and texts[other] == turned and places[other].scope is place.scope:
-                inside = zip(ast.walk(place.node), ast.walk(places[other].node))
-                pairs = [(numbers.get(id(a)), numbers.get(id(b))) for a, b in inside]
-                found |= {pair: None for pair in pairs if None not in pair}
-    return [[(a, False), (b, False)] for a, b in found]
 
 
 def _shown(numbers, node, copy):
