@@ -13,6 +13,9 @@ UNITS = "Write the unit of each term beside it: all terms of a sum have the same
 LENGTH = "This robot has bars of several lengths. Which of them is it here?"
 
 
+LEFT, RIGHT = np.eye(2)
+
+
 def line_by_arctan(s):
     line = s.tip[:, None] - s.base
     return np.abs(line) * np.exp(1j * np.arctan(line.imag / line.real))
@@ -34,6 +37,8 @@ SLIPS = {
         {"root": lambda s: lambda x: np.sqrt(np.maximum(x, 0))},
     ),
     "base joint forgotten": (ORIGIN, {"base": lambda s: np.zeros(2)}),
+    "base joint of the left leg forgotten": (ORIGIN, {"base": lambda s: s.robot.d / 2 * RIGHT}),
+    "base joint of the right leg forgotten": (ORIGIN, {"base": lambda s: -s.robot.d / 2 * LEFT}),
     "direction of the end-effector instead of the elbow": (
         "Your angle points from the base joint to the end-effector. Which bar does the motor turn?",
         {"elbow": lambda s: s.reach},

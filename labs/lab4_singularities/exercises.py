@@ -1,6 +1,7 @@
 """Lab 4: types, margins, the Type-2 locus and paths that meet it, right and wrong."""
 
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -283,10 +284,13 @@ def parallel(robot, x0, y0, x1, y1, gamma1, gamma2, s):
     ).parallel
 
 
-def first_crossing(robot, *path, last=False):
-    """By sampling and bisection; nan where there is none."""
+def first_crossing(robot, *path, last=False, side=0):
+    """By sampling and bisection; nan where there is none.
+
+    side: the sign behind the crossings that count, 0 for both.
+    """
     signs = np.sign(parallel(robot, *path, FRACTIONS))
-    changes = signs[:, 1:] * signs[:, :-1] < 0
+    changes = (signs[:, 1:] * signs[:, :-1] < 0) & (signs[:, 1:] * side >= 0)
     k = (
         changes.shape[1] - 1 - np.argmax(changes[:, ::-1], axis=1)
         if last
@@ -329,6 +333,14 @@ CROSSING = Exercise(
             "last crossing instead of the first",
             "The path meets the locus more than once. Which meeting comes first?",
             lambda robot, *path: first_crossing(robot, *path, last=True),
+        ),
+        *(
+            Misconception(
+                f"only crossings from {way}",
+                "Which sign has the margin before the crossing, which one behind it? Is it always so?",
+                partial(first_crossing, side=side),
+            )
+            for way, side in (("minus to plus", 1), ("plus to minus", -1))
         ),
         Misconception(
             "only the ends compared",

@@ -233,17 +233,17 @@ MEETS = Exercise(
 )
 
 
-def at_crossing(robot, *row):
+def at_crossing(robot, *row, derivative=2):
     """Unit vector along the left distal bar and acceleration, complex (n,), where each path meets Type 2."""
     found = check(robot, *row)
     bars = [one.pose.A[0] @ (1, 1j) if one.time is not None else np.nan for one in found]
     t = np.array([one.time if one.time is not None else np.nan for one in found])
-    x, y = trajectory(robot, t, *row)[4:]
+    x, y = trajectory(robot, t, *row)[2 * derivative :][:2]
     return np.array(bars), x + 1j * y
 
 
-def signed_force(robot, *row):
-    bar, acceleration = at_crossing(robot, *row)
+def signed_force(robot, *row, **how):
+    bar, acceleration = at_crossing(robot, *row, **how)
     return robot.m * (acceleration * bar.conj()).imag
 
 
@@ -259,6 +259,11 @@ FORCE = Exercise(
             "acceleration instead of force",
             "What is the unit of your answer?",
             lambda robot, *row: missing_force(robot, *row) / robot.m,
+        ),
+        Misconception(
+            "velocity in place of acceleration",
+            "Which derivative of the motion is m multiplied with in a force?",
+            lambda robot, *row: np.abs(signed_force(robot, *row, derivative=1)),
         ),
         Misconception(
             "along the distal bars instead of across",

@@ -97,7 +97,6 @@ ABSOLUTE = "What does a negative number mean here?"
 WHOLE = "What does an array of whole numbers do with a fraction that is put into it?"
 BRACKETS = "In which order does Python compute your formula? Where do brackets belong?"
 INDICES = "Read each index in your formula: which row is it, which column?"
-CROSSINGS = "Which sign has the margin before the crossing, which one behind it? Is it always so?"
 CONDITIONS = "Go through your conditions: which case do they choose, and when?"
 ORDER = "In which order are these wanted?"
 DRAWN = "Draw the vector: which way does it point, and which way should it?"
@@ -118,7 +117,8 @@ a sign; ; a wrong sign; {SIGNS}
 a square; \*\*.*=>.*\*; a square in place of a product; {UNITS}
 a square; ; a square forgotten; {UNITS}
 a root; ; a root too much or forgotten; {UNITS}
-a factor; gamma|assembly|branch; the mode forgotten; For which mode is it right?
+a factor; ^((?!gamma|assembly|branch).)* => .*(gamma|assembly|branch); the mode forgotten; {FLIPPED}
+a factor; ^(?P<rest>.+) => (?P=rest) \* (?P<by>[\w.]+)$; factor {by} forgotten; {UNITS}
 a factor; ^(?P<rest>.+) => (?P=rest) / (?P<by>[\w.]+)$; division by {by} forgotten; {UNITS}
 a factor; ; a wrong factor; {UNITS} Where does each factor come from?
 a mode; ; the mode forgotten; {FLIPPED}
@@ -137,6 +137,7 @@ a term; ; a wrong term; {TERMS}
 a formula; ; a wrong formula; {TERMS} Which lengths and angles does it hold?
 a bracket; \*\* 2 [+] .*\*\* 2 =>; a sum of squares in place of the square of a sum; {BRACKETS}
 a bracket; ; a bracket in the wrong place; {BRACKETS}
+a variable; 180 / ([\w.]+\.)?pi =>; an angle converted from or to degrees; {DEGREES}
 a variable; ^[\w.]+ => [\w.]+$; {old} in place of {new}; {NAMES}
 a variable; => .*(inv|solve)\(; the wrong matrix inverted; {MATRICES}
 a variable; (multiply|diag)\(.*=> .* @ ; element by element in place of a matrix product; {PRODUCTS}
@@ -153,7 +154,6 @@ an inverse; =>.*(inv|solve)\(; an inverse forgotten; {MATRICES}
 an inverse; ; a wrong inverse; {MATRICES}
 a matrix product; => .* @ ; element by element in place of a matrix product; {PRODUCTS}
 a matrix product; ; a matrix product in place of element by element; {PRODUCTS}
-a comparison; => .* \* .* < 0$; crossings in one direction alone; {CROSSINGS}
 a comparison; ; a wrong condition; {CONDITIONS}
 a direction; ^.-(.+), -(.+). => .\1, \2.$; a vector of the wrong sign; {DRAWN}
 a direction; ; a turn missing or the wrong way; {DRAWN}
@@ -322,7 +322,7 @@ def named_change(
     """
     kind, hint = _kind(change)
     # The name of these tells more than their value.
-    told = change.kind in ("a function", "a square", "a mode", "a hypotenuse")
+    told = change.kind in ("a function", "a variable", "a square", "a mode", "a hypotenuse")
     told |= bool({*_WORD.findall(kind)} & dict(known.plain + known.lengths_and_masses).keys())
     where = ""
     for old, new in around:

@@ -160,10 +160,6 @@ def _of_condition(place):
         for other in _MEANT.get(type(node.ops[0]).__name__, ()):
             op = getattr(ast, other)()
             yield 1, "a comparison", ast.Compare(node.left, [op], node.comparators)
-    elif all(isinstance(op, ast.Lt) for op in node.ops):
-        # One direction of a crossing alone: a < 0 < b.
-        product = ast.BinOp(node.left, ast.Mult(), node.comparators[-1])
-        yield 1, "a comparison", ast.Compare(product, [ast.Lt()], [ast.Constant(0)])
 
 
 def _exchanged(node, scope):
@@ -248,6 +244,8 @@ def _of_operation(place):
     yield 2, kind, left
     if not isinstance(op, ast.Pow):
         yield 2, kind, right
+    if isinstance(op, ast.Div):
+        yield 1, "a factor", ast.BinOp(node, op, ast.Constant(2))
     if isinstance(op, ast.Sub):
         both = ast.BinOp(left, ast.Add(), right)
         yield 1, "a sign", ast.UnaryOp(ast.USub(), both)
