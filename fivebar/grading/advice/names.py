@@ -93,18 +93,15 @@ ANGLE = "Draw the angle: which side of the triangle is the cosine, which the sin
 ARC = "An arc has no sign of its own. Which two numbers tell atan2 the quadrant?"
 DEGREES = "In which unit are angles here, and which one do sin and cos expect?"
 ROUNDED = "How many digits does a number need that others build on?"
-ABSOLUTE = "What does a negative number mean here?"
 WHOLE = "What does an array of whole numbers do with a fraction that is put into it?"
 BRACKETS = "In which order does Python compute your formula? Where do brackets belong?"
-INDICES = "Read each index in your formula: which row is it, which column?"
-CONDITIONS = "Go through your conditions: which case do they choose, and when?"
 ORDER = "In which order are these wanted?"
 DRAWN = "Draw the vector: which way does it point, and which way should it?"
 # Kind of the change; what stands there => what would be right; what it is called; its hint, where a
 # name in braces is a hint above.
 KINDS = r"""
 a function; ^\S*(deg|rad)\w*\(; an angle converted from or to degrees; {DEGREES}
-a function; ^(np\.)?f?abs\w*\(; an absolute value too much; {ABSOLUTE}
+a function; ^(np\.)?f?abs\w*\(; an absolute value too much; What does a negative number mean here?
 a function; ^\S*round\(|astype; a rounded number; {ROUNDED}
 a function; ^([\w.]+\.)?(max|min|clip)(imum)?\(; a limit too much; Is there an answer beyond it?
 a function; tan\(.*=>.*tan2\(; atan for atan2; {ATAN}
@@ -120,6 +117,7 @@ a root; ; a root too much or forgotten; {UNITS}
 a factor; ^((?!gamma|assembly|branch).)* => .*(gamma|assembly|branch); the mode forgotten; {FLIPPED}
 a factor; ^(?P<rest>.+) => (?P=rest) \* (?P<by>[\w.]+)$; factor {by} forgotten; {UNITS}
 a factor; ^(?P<rest>.+) => (?P=rest) / (?P<by>[\w.]+)$; division by {by} forgotten; {UNITS}
+a factor; ^(?P<rest>.+) => 2 \* \(?(?P=rest)\)?$; factor 2 forgotten; {UNITS}
 a factor; ; a wrong factor; {UNITS} Where does each factor come from?
 a mode; ; the mode forgotten; {FLIPPED}
 a hypotenuse; ; a side in place of a hypotenuse; How long is a vector that has an x and a y?
@@ -144,7 +142,7 @@ a variable; (multiply|diag)\(.*=> .* @ ; element by element in place of a matrix
 a variable; => .* @ ; a matrix forgotten in a product; {SHAPES}
 a variable; ^(.*)\b(?P<a>\w+)\b(.*)\b(?P<b>\w+)\b(.*) => \1\4\3\2\5$; {a} and {b} exchanged; {NAMES}
 a variable; ; a wrong name; {NAMES}
-an index; ; a wrong index; {INDICES}
+an index; ; a wrong index; Read each index in your formula: which row is it, which column?
 the order; ^.?(?P<a>[\w.]+), (?P<b>[\w.]+).? => .?(?P=b), (?P=a).?$; {a} and {b} exchanged; {ORDER}
 the order; tan2\(; atan2 with x before y; atan2(1, 0) is 90 degrees: what is yours?
 the order; ^[^(\[].* @ ; matrices in the wrong order; Which of them must act first?
@@ -154,7 +152,7 @@ an inverse; =>.*(inv|solve)\(; an inverse forgotten; {MATRICES}
 an inverse; ; a wrong inverse; {MATRICES}
 a matrix product; => .* @ ; element by element in place of a matrix product; {PRODUCTS}
 a matrix product; ; a matrix product in place of element by element; {PRODUCTS}
-a comparison; ; a wrong condition; {CONDITIONS}
+a comparison; ; a wrong condition; Go through your conditions: which case do they choose, and when?
 a direction; ^.-(.+), -(.+). => .\1, \2.$; a vector of the wrong sign; {DRAWN}
 a direction; ; a turn missing or the wrong way; {DRAWN}
 a line; ; {old} too much; What does this line change in all that comes after it?
@@ -180,8 +178,6 @@ ALONE: tuple[tuple, ...] = (
         lambda old, new: (_quarter(old), new) if old.shape[1] % 2 == 0 else (old, new + np.nan),
         True,
     ),
-    ("{Q} twice as large", UNITS, lambda old, new: (old, 2 * new)),
-    ("{Q} half as large", UNITS, lambda old, new: (2 * old, new)),
 )
 WITH_ANOTHER: tuple[tuple, ...] = (
     ("{P} too much in {Q}", TERMS, lambda old, new, p: (old, p if not new.any() else p + np.nan)),

@@ -96,7 +96,9 @@ class Needs:
         whole = {number: starts[number] for number in found}
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
-            yield Need(self._place(number, moved), starts[number], wanted)
+            turns = bool(self._angles[moved].all())
+            place = Place(number, self._told[number], moved, turns)
+            yield Need(place, starts[number], wanted)
 
     def _visits_of(self, number):
         """Return the visits of a place in each row."""
@@ -111,9 +113,6 @@ class Needs:
         sizes = {len(numbers) for row in visits for numbers in row}
         same = len(counts) == len(sizes) == 1
         return (max(counts), max(sizes)) if same else (0, 0)
-
-    def _place(self, number, moved):
-        return Place(number, self._told[number], moved, bool(self._angles[moved].all()))
 
     def _starts(self):
         """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
@@ -146,7 +145,13 @@ class Needs:
             for number in now:
                 slope, error = slopes[number], off[number]
                 if np.isfinite(slope).all() and np.isfinite(error).all():
-                    steps[number] = _newton_steps(slope, error, moved[number])
+                    depends = moved[number]
+                    steps[number] = np.array(
+                        [
+                            np.linalg.lstsq(one[:, depends].T, -each[depends])[0]
+                            for one, each in zip(slope, error)
+                        ]
+                    )
             now, off = self._stepped(now, off, steps, moved, rows)
             for number in [*now]:
                 left = self._left(off[number], moved[number]).max()
@@ -278,16 +283,6 @@ class Needs:
         if OLD not in beside:
             return None
         return Values(beside.pop(OLD), need.wanted.ravel(), beside, need.place.turns, size)
-
-
-def _newton_steps(slopes, off, moved):
-    """Return the step of each row (rows, its numbers) after which the numbers that move are right,
-    by their slopes (rows, its numbers, numbers of the answer).
-    """
-    steps = [
-        np.linalg.lstsq(slope[:, moved].T, -error[moved])[0] for slope, error in zip(slopes, off)
-    ]
-    return np.array(steps)
 
 
 def batches(parts: list, size: int) -> Iterator[list]:

@@ -444,8 +444,8 @@ def _of_list(place):
         yield 1, "the order", kind(order, ast.Load())
     if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
         x, y = parts
-        turns = [[_negative(y), x], [y, _negative(x)], [_negative(x), _negative(y)]]
-        for turned in turns[: 2 + (kind is ast.List)]:  # a pair of matrices has no direction
+        turns = [[_negative(x), _negative(y)], [_negative(y), x], [y, _negative(x)]]
+        for turned in turns[kind is ast.Tuple :]:  # a pair of matrices has no direction
             yield 2, "a direction", kind(turned, ast.Load())
 
 

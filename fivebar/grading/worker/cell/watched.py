@@ -254,9 +254,7 @@ def _twins(places: list[Place], texts: list[str]) -> list[Group]:
     lines: dict = {}
     for k, place in enumerate(places):
         lines.setdefault((place.scope.name, place.line), []).append(k)
-    by_text = {}
-    for (name, line), numbers in lines.items():
-        by_text[name, _read_line(line)] = numbers
+    by_text = {(name, _read_line(line)): numbers for (name, line), numbers in lines.items()}
     twins: list[Group] = []
     alone: dict = {}
     for (name, line), numbers in lines.items():
@@ -265,8 +263,7 @@ def _twins(places: list[Place], texts: list[str]) -> list[Group]:
             twins += [[(a, False), (b, True)] for a, b in zip(numbers, partner)]
         elif not partner or partner == numbers:
             for k in numbers:
-                key = name, _target(line), texts[k]
-                alone.setdefault(key, []).append(k)
+                alone.setdefault((name, _target(line), texts[k]), []).append(k)
     for (name, target, text), numbers in alone.items():
         others = alone.get((name, other_leg(target), other_leg(text)), [])
         same = len(others) == len(numbers) and others[0] > numbers[0]
