@@ -18,7 +18,7 @@ SLIPS = {
         "Let one motor turn alone: does the leg move as one body?",
         {"xi_dot_found": as_one_body},
     ),
-    "velocity of the elbows forgotten": (
+    "share of the elbows forgotten": (
         "Lock the passive joint: does the distal bar turn? How does its elbow move?",
         {"of_pivot": lambda s: 0 * s.rates},
     ),
@@ -30,7 +30,6 @@ SLIPS = {
         "A has no unit and xi' is in m/s. What makes rad/s of it?",
         {"J": lambda s: inverse(s.A), "J_inverse": lambda s: s.A + 0 * s.B},
     ),
-    "A forgotten": (SOLVE, {"J": lambda s: s.B, "J_inverse": lambda s: inverse(s.B)}),
     "A transposed": (
         "Each scalar product with xi' is one row of A xi' = B q'.",
         {"A": lambda s: turned(s.u2)},

@@ -11,11 +11,11 @@ SLIPS = {
         "Let the motors run at constant speed: is the end-effector's acceleration 0?",
         {"d": lambda s: 0 * s.far},
     ),
-    "centripetal terms of the proximal bars forgotten in d": (
+    "centripetal term of the proximal bar missing": (
         "The elbows turn about their base joints. What do they do at constant speed?",
         {"near": lambda s: 0 * s.rates},
     ),
-    "centripetal terms of the distal bars forgotten in d": (
+    "centripetal term of the distal bar missing": (
         "The end-effector turns about the elbow. At which rate?",
         {"far": lambda s: 0 * s.rates},
     ),

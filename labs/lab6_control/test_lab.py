@@ -289,9 +289,11 @@ def judge_crossing(ask, robot, draw, task):
     t, some = np.linspace(0, duration, 101), duration * draw.uniform(0.05, 0.95, 12)
     motion = at(t)
     pose = fb.igm(robot, motion[0], unreachable="nan")
-    reason = wrong_motion(task, motion, [at(some + shift) for shift in (-SHORTLY, SHORTLY)], pose)
+    beside = [at(some + shift) for shift in (-SHORTLY, SHORTLY)]
+    reason = wrong_motion(task, motion, beside, pose)
     if reason:
-        ask.verdict(0.0, jump(t, motion) or reason, asked)
+        jumps = "" if wrong_derivative(*beside) else jump(t, motion)
+        ask.verdict(0.0, jumps or reason, asked)
     ((k, beyond),) = crossings(pose.assembly)
     low, high = t[k], t[beyond]
     for _ in range(24):

@@ -76,11 +76,7 @@ SLIPS = {
         {"tip": lambda s: 1j * np.conj(STEPS["tip"](s))},
     ),
     "stops at H": ("How far is your point from either of the feet?", {"h": lambda s: 0 * s.a}),
-    "H taken in the middle, as with equal bars": (
-        "Which triangle has H in the middle?",
-        {"a": lambda s: np.abs(s.line) / 2},
-    ),
-    "velocity of the feet forgotten": (
+    "share of the feet forgotten": (
         "Let the end-effector rest: do the bars turn?",
         {"of_pivot": lambda s: 0 * s.rates},
     ),
