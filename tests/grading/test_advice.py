@@ -86,7 +86,7 @@ def test_one_mode_for_both_legs_is_named_beside_a_clamped_cosine(tmp_path):
         ("l22, gamma2)", "l22, gamma1)"),
     )
     names = {name for _, _, name in said(report("lab1", "lab1", tmp_path, *changes)) if name}
-    assert names == {"gamma1 in place of gamma2"}
+    assert names == {"gamma1 in place of gamma2 in the right active joint"}
 
 
 @pytest.mark.deep

@@ -318,8 +318,11 @@ def named_change(
     """
     kind, hint = _kind(change)
     # The name of these tells more than their value.
-    told = change.kind in ("a function", "a variable", "a square", "a mode", "a hypotenuse")
-    told |= bool({*_WORD.findall(kind)} & dict(known.plain + known.lengths_and_masses).keys())
+    told = (
+        change.kind in ("a function", "a square", "a mode")
+        or " in place of " in kind
+        or {*_WORD.findall(kind)} & dict(known.plain + known.lengths_and_masses).keys()
+    )
     where = ""
     for old, new in around:
         quantity = known.name_of(new)
