@@ -174,7 +174,6 @@ def _as_json(result):
         "rows": len(result.rows),
         "rms_m": result.rms,
         "rms_before_m": result.rms_before,
-        "leave_one_out_m": result.leave_one_out,
         "advised_priors": result.advised_priors,
         "chi2": result.chi2 if result.absolute else None,
         "residuals_m": result.residuals,

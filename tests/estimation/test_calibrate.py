@@ -120,9 +120,7 @@ def test_a_ruler_beside_a_frame_of_unknown_scale():
     q, points, assembly, _ = seen(true, poses(true, 30, rng))
     data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1])
     (sentence,) = fb.calibrate(LAB, data, unknown).indistinguishable
-    assert sentence.startswith(
-        "l11, l12, l21, l22, d and scale only by the products of scale and l11, l12, l21, l22 and d"
-    )
+    assert sentence.startswith("l11, l12, l21, l22, d and scale only together: nothing measured")
     assert "a distance between two of its points by a ruler" in sentence
     distance, to = np.full(30, np.nan), np.full(30, np.nan)
     distance[4], to[4] = np.hypot(*(points[4] - points[20])) / true["scale"], 21
@@ -234,20 +232,7 @@ def test_what_the_fit_says_of_itself():
     data = measured(true, 40, rng, 1e-4)
     found = fb.calibrate(LAB, data, GEOMETRY, sigma=1e-4)
     assert found.fits and found.dof == 73 and 40 < found.chi2 < 120 and found.outliers == {}
-    assert found.rms_before > 3e-4 > found.rms and found.rms < found.leave_one_out < 2e-4
-    # Left-out rows, fitted anew: the formula's first order is right to a per cent.
-    total = 0.0
-    for k in range(40):
-        keep = np.arange(40) != k
-        less = fb.calibrate(LAB, {key: column[keep] for key, column in data.items()}, GEOMETRY)
-        total += np.sum(
-            (
-                less.predict([data["q1"][k], data["q2"][k]], found.assembly[k])
-                - [data["x"][k], data["y"][k]]
-            )
-            ** 2
-        )
-    assert np.sqrt(total / 80) == pytest.approx(found.leave_one_out, rel=0.02)
+    assert found.rms_before > 3e-4 > found.rms
     assert np.allclose(np.diag(found.correlation), 1) and np.abs(found.correlation).max() < 1 + 1e-9
     assert repr(found).startswith("<Calibration: 7 unknowns, 40 rows, RMS ") and "\n" not in repr(
         found

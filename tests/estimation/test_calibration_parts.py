@@ -1,4 +1,4 @@
-"""Parts of calibrations against sums written out: chosen poses, rows left out, intervals, frames."""
+"""Parts of calibrations against sums written out: chosen poses, intervals, frames."""
 
 from dataclasses import replace
 from itertools import permutations
@@ -22,7 +22,7 @@ from fivebar.estimation.calibration.fit import (
     spectrum,
 )
 from fivebar.estimation.calibration.measured_robot import UNKNOWNS, seen, values_of
-from fivebar.estimation.calibration.outliers import leave_one_out_error, outlying_rows
+from fivebar.estimation.calibration.outliers import outlying_rows
 from fivebar.estimation.calibration.poses import _exchanged, _gain, _spread, _tour
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.estimation.calibration.starts import _framed, begin, doubt, median_error
@@ -109,24 +109,6 @@ def linear(rng, rows=14, unknowns=3):
     X = rng.normal(size=(len(row_of), unknowns))
     y = X @ rng.normal(size=unknowns) + rng.normal(size=len(row_of))
     return X, y, row_of
-
-
-def test_rows_left_out_are_predicted_by_the_others():
-    rng = np.random.default_rng(5)
-    X, y, row_of = linear(rng)
-    weight = rng.uniform(0.5, 2.0, len(y))
-    left = np.linalg.svd(X, full_matrices=False)[0]
-    off = y - left @ (left.T @ y)
-    total = 0.0
-    for row in range(14):
-        out = row_of == row
-        others = np.linalg.lstsq(X[~out], y[~out], rcond=None)[0]
-        total += (((y[out] - X[out] @ others) / weight[out]) ** 2).sum()
-    expected = np.sqrt(total / len(y))
-    assert leave_one_out_error(off, left, row_of, weight) == pytest.approx(expected)
-    alone = np.column_stack([X, row_of == 13])
-    left = np.linalg.svd(alone, full_matrices=False)[0]
-    assert leave_one_out_error(off, left, row_of, weight) == np.inf
 
 
 @pytest.mark.parametrize("absolute", [True, False])

@@ -226,7 +226,7 @@ def test_the_command_refuses_one_mistake_and_then_the_other_and_gives_lengths(tm
     assert main([*command, "--out", str(out)]) == 0
     text = capsys.readouterr().out
     assert "l11      mm" in text and "the model fits to the sigma given" in text
-    assert "l11, l12, l21, l22, d and scale only by the products of scale and" in text
+    assert "l11, l12, l21, l22, d and scale only together: nothing measured changes if" in text
     assert {path.name for path in out.iterdir()} == {
         "calibration.png",
         "calibration.json",

@@ -1,5 +1,7 @@
 """What data cannot tell apart: ranks against an SVD in 50 digits, and the sentences."""
 
+import re
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -92,12 +94,16 @@ def sentences(unknown, axes, q, robot=LAB, spread=1.0):
     ).indistinguishable
 
 
-def test_legs_alike_are_told_by_their_sums():
+def test_legs_alike_are_not_told_from_each_other():
     found = sentences(LENGTHS[:4], "y", SYMMETRIC)
-    assert [each.split(":")[0] for each in found] == [
-        "l11 and l21 only by their sum, l11 + l21",
-        "l12 and l22 only by their sum, l12 + l22",
-    ]
+    for words, one, other in zip(found, ("l11", "l12"), ("l21", "l22")):
+        together = f"{one} and {other} only together: nothing measured changes if "
+        assert words.startswith(together)
+        changes = words.removeprefix(together).split(":")[0]
+        assert changes in (
+            f"{one} grows by 1 mm and {other} falls by 1 mm",
+            f"{one} falls by 1 mm and {other} grows by 1 mm",
+        )
     assert all("would tell" in each for each in found)
 
 
@@ -131,9 +137,15 @@ def test_the_easiest_measurement_is_advised():
         " it out of unknown"
     )
     (scaled,) = sentences((*GEOMETRY, "x0", "y0", "scale"), "xy", None)
-    assert scaled == (
-        "l11, l12, l21, l22, d and scale only by the products of scale and l11, l12, l21, l22 and"
-        " d: a distance between two of its points by a ruler (columns distance, to) would tell"
+    words, changes, remedy = scaled.split(": ")
+    assert words == "l11, l12, l21, l22, d and scale only together"
+    lengths = [float(number) for number in re.findall(r"(?:grows|falls) by (\S+) mm", changes)]
+    share = float(re.search(r"scale (?:grows|falls) by (\S+)$", changes)[1])
+    assert lengths == pytest.approx(
+        [1e3 * share * getattr(LAB, each) for each in LENGTHS], rel=0.02
+    )
+    assert remedy == (
+        "a distance between two of its points by a ruler (columns distance, to) would tell"
     )
     alike = sentences(LENGTHS[:4], "y", SYMMETRIC)
     assert all(

@@ -9,14 +9,13 @@ import numpy as np
 from numpy import ndarray
 
 from .candidates import MODES, candidates
-from .measured_robot import FRAMES, METRES, OFFSETS, PLACE, RATIOS, UNITS, UNKNOWNS, seen
+from .measured_robot import FRAMES, OFFSETS, PLACE, RATIOS, UNITS, UNKNOWNS, seen, shown_in
 
 if TYPE_CHECKING:
     from .result import Calibration
 
 OFF = 0.2  # sine of singularities that remedies keep
 SMALL = 1e-6  # of a null vector's largest entry: taken for 0
-STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg"), "": (1.0, "")}
 
 
 def plainest(null: ndarray) -> ndarray:
@@ -37,7 +36,7 @@ def plainest(null: ndarray) -> ndarray:
     return rows[np.lexsort((entries.argmax(axis=1), entries.sum(axis=1)))]
 
 
-def combination(vector: ndarray, names: Sequence[str], sizes: ndarray, p: ndarray) -> str:
+def combination(vector: ndarray, names: Sequence[str], sizes: ndarray) -> str:
     """Return in words what of its unknowns the data do tell; the vector is in units of sizes."""
     steps = {}
     for name, share, size in zip(names, vector, sizes):
@@ -46,28 +45,16 @@ def combination(vector: ndarray, names: Sequence[str], sizes: ndarray, p: ndarra
     named = listed(steps)
     if len(steps) == 1:
         return f"{named} not at all: no measurement depends on it"
-    lengths = [name for name in steps if name in METRES]
-    if [*lengths, "scale"] == list(steps) and all(p[PLACE[name]] for name in steps):
-        shares = [steps[name] / p[PLACE[name]] for name in steps]
-        shares[-1] *= -1
-        if np.ptp(shares) < 1e-5 * np.abs(shares).max():
-            return f"{named} only by the products of scale and {listed(lengths)}"
-    first, *others = steps
-    ratio = steps[others[0]] / steps[first]
-    same_unit = UNITS.get(first) == UNITS.get(others[0])
-    if len(others) == 1 and same_unit and abs(abs(ratio) - 1) < 1e-5:
-        what, sign = ("difference", "-") if ratio > 0 else ("sum", "+")
-        return f"{named} only by their {what}, {first} {sign} {others[0]}"
     largest = names[int(np.argmax(np.abs(vector)))]
-    unit = STEP[UNITS[largest]][0] if largest in UNITS else 0.01
+    unit = 1 / shown_in(largest)[0] if largest in UNITS else 0.01
     changes = [_change(name, unit / steps[largest] * step) for name, step in steps.items()]
     return f"{named} only together: nothing measured changes if {listed(changes)}"
 
 
 def _change(name, step):
-    factor, unit = STEP[UNITS.get(name, "")]
+    factor, unit = shown_in(name)
     verb = "grows" if step > 0 else "falls"
-    return f"{name} {verb} by {abs(step) / factor:.3g} {unit}".rstrip()
+    return f"{name} {verb} by {factor * abs(step):.3g} {unit}".rstrip()
 
 
 def listed(words) -> str:

@@ -29,6 +29,7 @@ UNKNOWNS = (*LENGTHS, *READING, *FRAME, *TOOL)
 PLACE = {name: k for k, name in enumerate((*UNKNOWNS, "tool_leg"))}
 METRES = (*LENGTHS, "x0", "y0", *TOOL)
 UNITS = dict.fromkeys(METRES, "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
 SIDES = np.array([-1.0, 1.0])  # of the legs
 NEUTRAL = np.array(
     [
@@ -55,6 +56,11 @@ BY_BARS = np.zeros((2, len(UNKNOWNS)))  # derivatives of the distal bars
 BY_BARS[[0, 1], [1, 3]] = 1.0
 BY_TOOL = np.zeros(len(UNKNOWNS), complex)  # derivatives of the tool's place on its bar
 BY_TOOL[-2:] = 1.0, 1j
+
+
+def shown_in(name: str) -> tuple[float, str]:
+    """Return the factor and the unit in which an unknown is shown."""
+    return SHOWN.get(UNITS.get(name, ""), (1.0, ""))
 
 
 def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarray:
@@ -175,24 +181,6 @@ def place(p: ndarray, q: ndarray, assembly: ndarray) -> PlacedPoses:
             bars,
             det,
         )
-
-
-def stretched(p: ndarray, q: ndarray) -> ndarray:
-    """Return points (n, 2) of the measuring frame, midway between bars that lie in one line."""
-    _, elbows = _cranks(p, q)
-    left, right = elbows.T
-    span = right - left
-    apart = np.abs(span)
-    along = span / apart
-    l12, l22 = p[DISTAL_BARS]
-    # The bars point at each other, or the same way where their elbows are too near each other.
-    folded = apart < max(l12, l22)
-    way = np.where(folded, np.sign(l12 - l22), 1.0)
-    other = np.where(folded, way, -1.0)
-    reach = way * l12 + other * l22
-    middle = (left + right + reach * along) / 2
-    points = frame(p, middle)
-    return pairs(points)
 
 
 def _elbow_slopes(p, q, cranks):

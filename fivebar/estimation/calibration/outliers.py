@@ -1,4 +1,4 @@
-"""Compare rows with all others, by the leverage of each: leave-one-out error and outliers."""
+"""Compare rows with all others, by the leverage of each: which are outliers."""
 
 from __future__ import annotations
 
@@ -8,43 +8,6 @@ from scipy.special import chdtrc, fdtrc
 
 CHANCE = 0.01  # probability of naming a good row, in all rows together
 FULL = 1e-9  # a row whose leverage leaves less than this is told by itself alone
-
-
-def leave_one_out_error(off: ndarray, left: ndarray, row_of: ndarray, weight: ndarray) -> float:
-    """Return the RMS, m, with which a fit of all others predicts a row, to first order.
-
-    (1 - H_rr)^-1 e_r, with the leverages H = left left'.
-
-    Parameters
-    ----------
-    off : (m,) array
-        Weighted residuals.
-    left : (m, rank) array
-        Orthonormal columns that span the Jacobian's.
-    row_of : (m,) array of int
-        The row of each number.
-    weight : (m,) array
-        1 / sigma of each number.
-
-    Returns
-    -------
-    float
-        inf where a row tells something that no other does.
-    """
-    total = 0.0
-    for _, own, rest in _rests(left, row_of):
-        if np.linalg.eigvalsh(rest)[0] < FULL:
-            return np.inf
-        missed = np.linalg.solve(rest, off[own]) / weight[own]
-        total += float(missed @ missed)
-    return float(np.sqrt(total / len(off)))
-
-
-def _rests(left, row_of):
-    """Yield each row, the places of its numbers, and I - H of these."""
-    for row in np.unique(row_of).tolist():
-        own = np.flatnonzero(row_of == row)
-        yield row, own, np.eye(len(own)) - left[own] @ left[own].T
 
 
 def outlying_rows(
@@ -77,7 +40,9 @@ def _chances(rest, left, row_of, absolute):
     square = float(rest @ rest)
     dof = len(rest) - left.shape[1]
     chances = []
-    for row, own, leverage in _rests(left, row_of):
+    for row in np.unique(row_of).tolist():
+        own = np.flatnonzero(row_of == row)
+        leverage = np.eye(len(own)) - left[own] @ left[own].T
         spare = dof - len(own)
         if np.linalg.eigvalsh(leverage)[0] < FULL or (spare <= 0 and not absolute):
             continue

@@ -161,7 +161,7 @@ def measurement_poses(
     readings = (pose.q - p[5:7]) / p[7:9]
     size = sizes(robot, readings, unknown)
     jacobian = seen(p, readings, pose.assembly)[1][:, :, columns] * size
-    _refuse_untold(jacobian, unknown, size, p)
+    _refuse_untold(jacobian, unknown, size)
     chosen = _exchanged(jacobian, n)
     order = _tour(robot, pose.q[chosen], np.column_stack([pose.working, pose.assembly])[chosen])
     chosen = [chosen[k] for k in order]
@@ -198,11 +198,11 @@ def _window(window):
     return box.tolist()
 
 
-def _refuse_untold(jacobian, unknown, size, p):
+def _refuse_untold(jacobian, unknown, size):
     s, right, tolerance = spectrum(jacobian.reshape(-1, len(unknown)))[1:]
     if (s <= tolerance).any():
         null = plainest(right[int((s > tolerance).sum()) :])
-        lost = "; ".join(combination(vector, unknown, size, p) for vector in null)
+        lost = "; ".join(combination(vector, unknown, size) for vector in null)
         raise ValueError(f"unknown: no points x, y tell these apart: {lost}")
 
 

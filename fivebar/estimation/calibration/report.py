@@ -7,19 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.representation import aligned
-from .measured_robot import PLACE, UNITS
+from .measured_robot import PLACE, shown_in
 
 if TYPE_CHECKING:
     from .result import Calibration
 
 LESS = 'leave them out of the data, or count them less (loss="cauchy", --loss cauchy)'
 SMALL = 0.1  # of sigma: misses below it are of another sigma
-SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
-
-
-def shown_in(name: str) -> tuple[float, str]:
-    """Return the factor and the unit in which an unknown is shown."""
-    return SHOWN.get(UNITS.get(name, ""), (1.0, ""))
 
 
 def report(found: Calibration) -> str:
@@ -64,14 +58,11 @@ def _fit(found):
     if distances:
         counted.append(f"{distances} distances")
     modes = np.unique(np.column_stack([found.working, found.assembly]), axis=0)
-    alone = found.leave_one_out
-    left_out = f", {1e3 * alone:.4g} mm of rows left out" if np.isfinite(alone) else ""
     count = len(found.rows)
     lines = [
         f"{count} row{'s' * (count > 1)} with {' and '.join(counted)}, in {len(modes)} of 8 modes;"
         f" {len(found.unknown)} unknowns, of which {found.rank} combinations can be told",
-        f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after"
-        f"{left_out}",
+        f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after",
     ]
     if found.p_value is None:
         share = found.rms / np.mean(found.start[:4])

@@ -21,20 +21,10 @@ from ...paths.machine import Machine
 from ...paths.placement import Placement
 from ...paths.tool import Tool
 from ..saving import read_json, write_json
-from .fit import LeastSquares, loss_slopes, residuals, solve, spectrum
+from .fit import loss_slopes, residuals, spectrum
 from .indistinguishable import combination, plainest, remedy
-from .measured_robot import (
-    FRAME,
-    LENGTHS,
-    PLACE,
-    length_ok,
-    place,
-    robot_with,
-    seen,
-    sizes,
-    stretched,
-)
-from .outliers import leave_one_out_error, outlying_rows
+from .measured_robot import FRAMES, LENGTHS, PLACE, length_ok, place, robot_with, seen, sizes
+from .outliers import outlying_rows
 from .rows import MeasuredRows
 
 TOLERANCE = 3e-3  # of a mean bar: a workshop's, as ISO 2768-m has it for bars of 100 mm
@@ -254,35 +244,18 @@ class Calibration(Plotted):
 
     @cached_property
     def residuals(self) -> ndarray:
-        """Measured minus predicted points (n, 2), m; nan where not measured.
+        """Measured minus predicted points (n, 2), m.
 
-        Where the robot, near Type 2, just fails to close, the point is between the ends of its
-        bars.
+        nan where not measured, and where the robot, near Type 2, just fails to close.
         """
-        predicted = self.predict(self.rows.q, self.assembly)
-        near, _ = self.rows.looped
-        opened = near[np.isnan(predicted[near, 0])]
-        predicted[opened] = stretched(self.p, self.rows.q[opened])
-        return self.rows.points - predicted
+        return self.rows.points - self.predict(self.rows.q, self.assembly)
 
     @cached_property
     def before(self) -> ndarray:
-        """The start (16,), with the unknown part of the frame laid on the points anew."""
-        names = [name for name in self.unknown if name in FRAME]
+        """The start (16,) in the measuring frame that was found."""
         p = self.start.copy()
-        places = [PLACE[name] for name in names]
-        p[places] = self.p[places]
-        off = residuals(p, self._points_only, self.assembly, derive=False)[0]
-        if not names or not np.isfinite(off).all():
-            return p
-        size = sizes(self.nominal, self.rows.q, names)
-        task = LeastSquares(self._points_only, np.array(places), p, size, self.weight)
-        return solve(task, p, self.assembly)
-
-    @cached_property
-    def _points_only(self):
-        """Return the rows, all of them to be fitted by their points."""
-        return replace(self.rows, loop=None)
+        p[FRAMES] = self.p[FRAMES]
+        return p
 
     @cached_property
     def residuals_before(self) -> ndarray:
@@ -297,7 +270,8 @@ class Calibration(Plotted):
     @cached_property
     def rms_before(self) -> float:
         """RMS with the values `before`, of the rows that these reach."""
-        off = residuals(self.before, self._points_only, self.assembly, derive=False)[0]
+        points_only = replace(self.rows, loop=None)
+        off = residuals(self.before, points_only, self.assembly, derive=False)[0]
         good = np.isfinite(off)
         return float(np.sqrt(np.mean(off[good] ** 2))) if good.any() else np.inf
 
@@ -315,13 +289,6 @@ class Calibration(Plotted):
     def fits(self) -> bool | None:
         """Whether p is above 0.001; None where sigma is not given."""
         return None if self.p_value is None else self.p_value > CHANCE
-
-    @cached_property
-    def leave_one_out(self) -> float:
-        """RMS, m, with which each row is predicted by the others; inf where a row stands alone."""
-        off = self._residuals[0]
-        left = self._spectrum[0][: len(off), : self.rank]
-        return leave_one_out_error(off, left, self.rows.row_of, self.weight)
 
     @cached_property
     def advised_priors(self) -> dict[str, float]:
@@ -354,7 +321,7 @@ class Calibration(Plotted):
         if not len(self._null):
             return ()
         return tuple(
-            f"{combination(vector, self.unknown, self.sizes, self.p)}: {remedy(self, vector)}"
+            f"{combination(vector, self.unknown, self.sizes)}: {remedy(self, vector)}"
             for vector in plainest(self._null)
         )
 

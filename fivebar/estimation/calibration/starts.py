@@ -8,7 +8,6 @@ import numpy as np
 from numpy import ndarray
 from scipy.optimize import least_squares
 
-from ...base.backend import pairs
 from .few_rows import only_solution
 from .fit import LeastSquares
 from .measured_robot import FRAME, PLACE, as_complex, bars_off, seen, unframe
@@ -78,25 +77,20 @@ def median_error(task: LeastSquares, p: ndarray) -> float:
     return float(np.nan_to_num(np.median(off), nan=np.inf)) if len(off) else np.inf
 
 
-def misfit(task: LeastSquares, p: ndarray) -> float:
-    """Return `median_error` and a penalty for lengths far from the start's, m: no five-bar is built
-    so wrong.
+def doubt(task: LeastSquares, p: ndarray) -> float:
+    """Return `median_error` with two penalties, m, by which starts are compared.
+
+    For lengths far from the start's, as no five-bar is built so wrong; and for points in one place,
+    which a robot without cranks would reach at all angles.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.abs(np.log(p[:5] / task.start[:5]))
     change = change[task.start[:5] > 0]
     strange = task.bar * np.maximum(np.nan_to_num(change, nan=np.inf) - 0.4, 0.0).max()
-    return float(median_error(task, p) / p[PLACE["scale"]] + strange)
-
-
-def doubt(task: LeastSquares, p: ndarray) -> float:
-    """Return `misfit` with a penalty for points in one place, by which starts are compared: a robot
-    without cranks would reach these at all angles.
-    """
-    points = pairs(unframe(p, as_complex(task.rows.points[task.rows.whole])))
-    spread = np.std(points, axis=0).max()
-    crowded = max(1.0, 0.5 * task.bar / max(spread, 1e-300))
-    return misfit(task, p) * crowded
+    missed = median_error(task, p) / p[PLACE["scale"]] + strange
+    points = unframe(p, as_complex(task.rows.points[task.rows.whole]))
+    spread = max(np.std(points.real), np.std(points.imag), 1e-300)
+    return float(missed * max(1.0, 0.5 * task.bar / spread))
 
 
 def settled(task: LeastSquares, p: ndarray, loss: str = "soft_l1") -> ndarray:
