@@ -127,7 +127,7 @@ def test_no_row_of_a_motion_is_off_its_neighbours():
 
 
 def test_masses_that_come_out_below_0_by_noise_are_said_to_be_unsure():
-    log = log_of(20, 60.0, 8.0 / 1.04, 2, 1e-5)
+    log = log_of(20, 60.0, 8.0 / 1.04, 0, 1e-5)
     with pytest.raises(ValueError, match="does not tell zz. = -.* ± .* from what no robot has"):
         fb.identify(KNOWN, log)
 

@@ -257,7 +257,6 @@ class _Search:
         self.at_rest = [null_space(row[None]) for row in (k, k * k)]
         # Never at rest, where the sign of dry friction would be that of rounding.
         self.t = (np.arange(SAMPLES) + 0.5) * period / SAMPLES
-        self.costs = {}
         self.call = Buffered(_margins_and_torques(robot, assembly))
 
     def no_motion(self):
@@ -333,13 +332,10 @@ class _Search:
 
     def cost(self, shape):
         """Return the log of the condition number, less a tenth of that of the accelerations."""
-        key = shape.tobytes()
-        if key not in self.costs:
-            self.bar.update()
-            self.costs[key] = np.inf
-            amplitude = self.amplitude(shape, self.t)
-            if amplitude > 0:
-                motion = self.series(shape, amplitude).joints(self.t)
-                size = np.sqrt(np.mean(motion[2] ** 2)) * self.period**2
-                self.costs[key] = np.log(self.condition(*motion)) - 0.1 * np.log(size)
-        return self.costs[key]
+        self.bar.update()
+        amplitude = self.amplitude(shape, self.t)
+        if amplitude == 0:
+            return np.inf
+        motion = self.series(shape, amplitude).joints(self.t)
+        size = np.sqrt(np.mean(motion[2] ** 2)) * self.period**2
+        return np.log(self.condition(*motion)) - 0.1 * np.log(size)

@@ -57,12 +57,9 @@ class RegressionFit:
     bias: ndarray
 
 
-def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) -> RegressionFit:
-    """Return least squares of these columns, each motor weighted by its own residuals.
-
-    `tau` stands in place of the rows' own.
-    """
-    tau = rows.tau if tau is None else tau
+def fit(rows: RegressionRows, columns: list[int]) -> RegressionFit:
+    """Return least squares of these columns, each motor weighted by its own residuals."""
+    tau = rows.tau
     W = rows.W[:, :, columns]
     change = np.zeros_like(W) if rows.change is None else rows.change[:, :, columns]
     counts = rows.counts.sum(axis=0)
@@ -140,7 +137,7 @@ def smallest(
 ) -> list[int]:
     """Return the optional columns that the set of lowest cost keeps.
 
-    Columns are left out, taken in again and exchanged one by one while the cost falls. `each` is
+    Columns are left out and taken in again one by one while the cost falls. `each` is
     the price of one; `forbidden` columns never stay.
     """
     out = set(forbidden)
@@ -153,8 +150,6 @@ def smallest(
         back = [k for k in out if k not in forbidden]
         steps = [out | {k} for k in inside]
         steps += [out - {k} for k in back]
-        for k in back:
-            steps += [out - {k} | {i} for i in inside]
         best = min(steps, key=cost, default=out)
         if cost(best) >= cost(out) - 1e-9:
             return inside
