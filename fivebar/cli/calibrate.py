@@ -32,7 +32,7 @@ OPTIONS = TABLE | {
     "--start NAME=VALUE ...": "known, or to begin with",
     "--sigma M": "standard deviation of a measured number, m",
     "--prior NAME=SD ...": "what is known of an unknown beforehand, as l11=0.3mm offset1=1deg",
-    "--loss linear|soft_l1|huber|cauchy|arctan": ("linear", ""),
+    "--loss linear|huber|cauchy": ("linear", ""),
     "--units UNIT ...": "without one in the heading: deg, x=mm",
     "--mistakes raise|keep": ("raise", "refuse data that fit no such robot, or take them"),
     "--from-drawing A4|A5": "write a test drawing, and a table for a ruler to fill in, instead",

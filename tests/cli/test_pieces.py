@@ -478,7 +478,7 @@ def test_each_option_is_explained_and_names_its_value(command):
         ("study", "STUDY"),
         ("study ladder --robots none", "'none' (choose from 'lab', 'vertical', 'haptic')"),
         ("track --case none", "argument --case: invalid choice: 'none' (choose from 'task-1',"),
-        ("calibrate --loss none", "'none' (choose from 'linear', 'soft_l1',"),
+        ("calibrate --loss none", "'none' (choose from 'linear', 'huber',"),
         ("linkage four-bar 2 1 2 2 --branch 0", "argument --branch: invalid choice: 0 (choose"),
         ("linkage four-bar 2 1 2 2 --drive none", "'none' (choose from 'turn', 'until-lock',"),
         ("calibrate . --from-drawing A5", "it goes without measured data"),

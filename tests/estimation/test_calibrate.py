@@ -296,7 +296,7 @@ def test_motors_on_one_axis_are_no_less_than_0_apart(seed):
         assert found.sd == pytest.approx(known.sd, rel=1e-6)
 
 
-@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan"])
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
 def test_robust_losses_pass_over_wrong_rows(loss):
     rng = np.random.default_rng(18)
     true = twin(rng, LAB, LENGTHS)

@@ -94,6 +94,7 @@ def test_wrong_torques_are_up_to_three_rows_far_from_their_neighbours(size):
     assert not off_their_neighbours(tau).any()
     tau[[50, 51, 300], [0, 0, 1]] += size
     assert np.flatnonzero(off_their_neighbours(tau)).tolist() == [50, 51, 300]
+    assert off_their_neighbours(tau, 0.25).sum() == (3 if size > 0.5 else 0)
     tau[::50] += size
     assert not off_their_neighbours(tau).any()
     assert np.flatnonzero(off_their_neighbours(tau[260:350])).tolist() == []

@@ -110,7 +110,7 @@ def calibrate(
         {name: standard deviation} of unknowns about their start, as a workshop's or a drawing's
         tolerance gives them, m or rad; with sigma. An unknown without one may be anything.
     loss : str
-        Of scipy.optimize.least_squares: "linear", "soft_l1", "huber", "cauchy" or "arctan".
+        Of scipy.optimize.least_squares: "linear", "huber" or "cauchy".
     mistakes : str
         "raise" refuses data that fit no such robot: misses of a twentieth of a bar, lengths
         far off, other modes than noted. "keep" takes them as they are.

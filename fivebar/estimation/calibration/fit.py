@@ -23,7 +23,7 @@ from .measured_robot import (
 )
 from .rows import MeasuredRows
 
-LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
+LOSSES = "linear", "huber", "cauchy"
 # Of sine^2 over sigma / bar: below it, a pose is fitted by its loop. Where its own noise may open
 # the loop, that quotient is about 1.
 NEAR = 20.0
@@ -343,12 +343,7 @@ def loss_slopes(loss: str, off: ndarray) -> tuple[ndarray, ndarray]:
 
     def psi(r):
         square = (r / scatter) ** 2
-        weights = {
-            "soft_l1": 1 / np.sqrt(1 + square),
-            "huber": 1 / np.sqrt(np.maximum(square, 1.0)),
-            "cauchy": 1 / (1 + square),
-            "arctan": 1 / (1 + square**2),
-        }
+        weights = {"huber": 1 / np.sqrt(np.maximum(square, 1.0)), "cauchy": 1 / (1 + square)}
         return r * weights[loss]
 
     rise = psi(off + step) - psi(off - step)

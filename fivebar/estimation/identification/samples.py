@@ -26,6 +26,7 @@ CREEPING = 0.03  # of a motor's rms rate: below, dry friction is not known
 STILL = 2.0  # times its encoder's noise: a motor that moves by less stands still
 FEWEST = 100  # rows of the regression, without which masses and friction are not told apart
 MISSING = 1e-3  # of the rows: a filter needs the velocities about each row
+PEAK = 0.25  # of the torques' range: as a controller begins, torques have real peaks of less
 BRIDGED = 3  # rows that may be missing within a stretch
 
 
@@ -154,7 +155,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     }
     for (t, pairs), (W, _, good) in zip(long, regressors):
         tau = pairs["tau"]
-        off = off_their_neighbours(tau)[:, None]
+        off = off_their_neighbours(tau, PEAK)[:, None]
         limited = at_limit(tau, lowest, highest_tau)
         for out, times in zip((off, limited), left_out.values()):
             times += t[out.any(axis=1)].tolist()

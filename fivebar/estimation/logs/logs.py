@@ -311,12 +311,12 @@ def _check_rates(t, pairs, robot, notes):
                 )
 
 
-def off_their_neighbours(values: ndarray) -> ndarray:
+def off_their_neighbours(values: ndarray, least: float = 0.0) -> ndarray:
     """Return where (n,) up to 3 rows of positions or torques (n, 2) are off those on both sides.
 
     Their distance from the median of 7 rows is at most twice the largest second difference of a
     motion that is sampled well. The largest of these differences are left aside: a wrong row makes
-    up to 6. None are off where more than 1 % would be.
+    up to 6. None are off where more than 1 % would be, or by less than `least` of the range.
     """
     aside = 18 + len(values) // 200
     known = np.isfinite(values).all(axis=1)
@@ -326,6 +326,7 @@ def off_their_neighbours(values: ndarray) -> ndarray:
     q = np.stack([np.interp(rows, rows[known], each[known]) for each in values.T], axis=1)
     limit = 5.0 * np.sort(np.abs(np.diff(q, 2, axis=0)), axis=0)[-aside]
     expected = median_filter(q, (7, 1), mode="nearest")
+    limit = np.maximum(limit, least * np.ptp(expected, axis=0))
     off = (np.abs(q - expected) > limit).any(axis=1)
     for k in (0, 1):  # a wrong row moves the medians of those about it, too
         expected[:, k] = np.interp(rows, rows[~off], q[~off, k])
