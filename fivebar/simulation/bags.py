@@ -211,6 +211,8 @@ def _points(messages, kind, joints, late, robot, assembly):
 def write_bag(run: Run, folder: FilePath) -> None:
     """Write the joints, the end-effector and its reference as topics of a bag, MCAP."""
     _, rosbag2, types = _rosbags()
+    if Path(folder).exists():
+        raise FileExistsError(f"{folder} is there already: a bag needs a new folder")
     own = types.types
     rows = np.column_stack([run.q, run.q_dot, run.tau])
     points: dict[str, Any] = {"/end_effector": run.xi, "/end_effector_reference": run.xi_ref}

@@ -156,6 +156,13 @@ def test_a_folder_that_is_no_bag_is_called_so(tmp_path):
         fb.from_bag(tmp_path)
 
 
+def test_a_bag_is_written_to_a_new_folder(tmp_path):
+    run = fb.from_log(np.arange(4) * 0.01, np.zeros(4), np.ones(4))
+    run.to_bag(tmp_path / "bag")
+    with pytest.raises(FileExistsError, match="bag is there already: a bag needs a new folder"):
+        run.to_bag(tmp_path / "bag")
+
+
 def test_a_run_comes_back_from_its_bag_and_is_identified(tmp_path, capsys):
     circle = fb.circle((0.06, 0.09), 0.02, 0.5)
     run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), circle, step=2e-3)

@@ -93,7 +93,8 @@ def beyond_the_model(
             f" {times[1]:.3g} times the noise of this log. Is t in ms? Has q or tau of a motor the"
             f" wrong sign, are the motors exchanged, do {efforts} come late? Are the assembly mode"
             f" {sample.assembly:+d}, gravity, the lengths, gear_ratio and offset of q those of this"
-            " robot, and is all unknown that it has (friction)?"
+            " robot, is its gear given once, by the log or by gear_ratio, and is all unknown that"
+            " it has (friction)?"
         )
         if full.misfit > USELESS:
             raise ValueError(words)
