@@ -172,8 +172,8 @@ def calibrate(
     task, p = solve_by_loops(task, first, assembly, scatter, absolute)
     notes = list(task.rows.notes)
     if p[PLACE["d"]] < 0 and task.names[1:]:
-        task, first = _on_one_axis(task, first)
-        task, p = solve_by_loops(task, first, assembly, scatter, absolute)
+        one_axis = _on_one_axis(task)
+        task, p = solve_by_loops(one_axis, first, assembly, scatter, absolute)
         notes.append("d fits best below 0, and is taken as 0: motors on one axis")
     _refuse_impossible_lengths(p)
     if mistakes != "keep":
@@ -315,13 +315,13 @@ def _refuse_unknown_modes(rows, p, lost):
         raise ValueError(f"{rows.named(lost)}: {missing}")
 
 
-def _on_one_axis(task, p):
-    """Return the task and values to begin with, d known to be 0."""
+def _on_one_axis(task):
+    """Return the task with d known to be 0."""
     kept = task.free != PLACE["d"]
-    start, p = task.start.copy(), p.copy()
-    start[PLACE["d"]] = p[PLACE["d"]] = 0.0
+    start = task.start.copy()
+    start[PLACE["d"]] = 0.0
     prior = None if task.prior is None else task.prior[kept]
-    return replace(task, free=task.free[kept], size=task.size[kept], start=start, prior=prior), p
+    return replace(task, free=task.free[kept], size=task.size[kept], start=start, prior=prior)
 
 
 def _refuse_impossible_lengths(p):

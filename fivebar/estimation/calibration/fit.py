@@ -30,6 +30,7 @@ NEAR = 20.0
 NEAREST = 0.2  # sine beyond which no pose is fitted by its loop
 NOISIEST = 0.02  # sigma / bar, beyond which the values are not yet near enough to tell
 CLEAR = 0.1  # sine of Type 2 beyond which a pose's assembly mode is certain
+TOLERANCE = 1e-14  # of least squares: changes below it are rounding
 ROUNDS = 10  # of weights near Type 2, each by the fit before
 SETTLED = 1e-9  # change of all unknowns, over their sizes, after which no round follows
 # Of the largest singular value: smaller ones are rounding, which poses near Type 2 multiply.
@@ -263,7 +264,7 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> ndarray:
         weighted = jacobian * task.size * task.weight[:, None]
         return np.concatenate([weighted, prior])
 
-    def fitted(z, tolerance):
+    def fitted(z):
         scatter = 1.0
         if task.loss != "linear":
             median = np.median(np.abs(off(z)))
@@ -275,15 +276,15 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> ndarray:
             loss=task.loss,
             f_scale=scatter,
             max_nfev=200,
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=tolerance,
+            ftol=TOLERANCE,
+            xtol=TOLERANCE,
+            gtol=TOLERANCE,
         ).x
 
-    z = fitted((p - task.start)[task.free] / task.size, 1e-12)
+    z = fitted((p - task.start)[task.free] / task.size)
     if task.loss == "linear":
         return task.at(_polish(off, slope, z))
-    return task.at(fitted(z, 1e-14))  # once more with the scatter of the fit, not of the start
+    return task.at(fitted(z))  # once more with the scatter of the fit, not of the start
 
 
 def _polish(off, slope, z):

@@ -41,10 +41,10 @@ def report(found: Calibration) -> str:
             f" it is drawn goes where it should more exactly with {sigma}--prior {words}, or with"
             " what you know of its lengths",
         )
-    for name, known in zip(found.unknown, found.prior):
+    for name, size, known in zip(found.unknown, found.sizes, found.prior):
         if known:
             factor, unit = shown_in(name)
-            sd = factor * found.sizes[found.unknown.index(name)] / known
+            sd = factor * size / known
             notes.append(f"known before: {name} within {sd:.4g} {unit} (sd)")
     if notes:
         lines += ["", *notes]

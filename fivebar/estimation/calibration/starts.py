@@ -39,14 +39,9 @@ def begin(task: LeastSquares) -> ndarray:
         best = _least_doubtful(task, [best, settled(task, best, loss="cauchy")])
     for starts in (lambda _: near, _counted, _turned):
         if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
-            best = _least_doubtful(task, [best, best_of(task, tried)])
+            first = sorted(tried, key=lambda p: doubt(task, p))[:SETTLED]
+            best = _least_doubtful(task, [best, *(settled(task, p) for p in first)])
     return best
-
-
-def best_of(task: LeastSquares, starts: list[ndarray]) -> ndarray:
-    """Return the values in which least squares ends with the least doubt, of the best starts."""
-    tried = sorted(starts, key=lambda p: doubt(task, p))[:SETTLED]
-    return _least_doubtful(task, [settled(task, p) for p in tried])
 
 
 def _least_doubtful(task, tried):
