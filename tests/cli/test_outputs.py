@@ -1509,7 +1509,7 @@ def test_a_course_that_is_not_all_graded_fails(course, ran, monkeypatch):
         ("--out out --student anna", "--student, --html and --csv are for one submission"),
         ("--out out --html a.html", "--student, --html and --csv are for one submission"),
         ("--out subs/out", "--out subs/out lies within the submissions"),
-        ("none --out out", "none is no folder: several attempts are several folders"),
+        ("none --out out", "no file or folder 'none'"),
     ):
         assert message in ran(f"grade lab1 subs {more}", 2).err
 
