@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import coo_array, csc_array, csr_array
+from scipy.sparse import csc_array, csr_array
 
 
 def differentiated(z: ca.SX, nodes: list, outputs: list, result: ca.SX) -> tuple:
@@ -65,32 +65,28 @@ def program_of(functions: tuple, inputs: csr_array, rows: csr_array) -> tuple:
     results y.
     """
     value, slope, gradient, bend = functions
-    width = value.numel_out(0)
     variables = inputs.shape[1]
-    by_result, linear = rows[:, :-variables], rows[:, -variables:]
-    count = by_result.shape[1] // width
+    to_intervals = _constant(inputs)
+    by_results, linear = _constant(rows[:, :-variables]), _constant(rows[:, -variables:])
+    width = value.numel_out(0)
+    count = by_results.size2() // width
     x = ca.MX.sym("x", variables)
     p = ca.MX.sym("p", 0)
     weights = ca.MX.sym("f"), ca.MX.sym("g", rows.shape[0] - 1)
-    z = ca.reshape(_constant(inputs) @ x, -1, count)
-    results = ca.vec(value.map(count)(z))
-    objective, constraints = ca.vertsplit(
-        _constant(by_result) @ results + _constant(linear) @ x, [0, 1, rows.shape[0]]
-    )
-    costs = np.arange(width - 1, width * count, width)
-    others = np.delete(np.arange(width * count), costs)
+    z = ca.reshape(to_intervals @ x, -1, count)
 
-    def assembled(function, left, right, constant, *given):
-        blocks = function.map(count)(z, *given)
-        return _assembled(
-            ca.vec(blocks.nz[:]), function.sparsity_out(0), count, left, right, constant
-        )
+    def blocks(function, *given):
+        """Return a function's matrices of all intervals as the blocks of one, on its diagonal."""
+        each = function.map(count)(z, *given)
+        return ca.MX(ca.diagcat(*[function.sparsity_out(0)] * count), ca.vec(each.nz[:]))
 
-    grad_f = assembled(gradient, by_result[:1, costs].T, inputs, linear[:1])
-    jac_g = assembled(slope, by_result[1:, others].T, inputs, linear[1:])
-    by_results = ca.reshape(_constant(by_result.T) @ ca.vertcat(*weights), -1, count)
-    none = csr_array((variables, variables))
-    hessian = assembled(bend, inputs, inputs, none, by_results)
+    values = by_results @ ca.vec(value.map(count)(z)) + linear @ x
+    by_slopes = by_results[1:, [k for k in range(by_results.size2()) if (k + 1) % width]]
+    grad_f = by_results[0, width - 1 :: width] @ blocks(gradient) @ to_intervals + linear[0, :]
+    jac_g = by_slopes @ blocks(slope) @ to_intervals + linear[1:, :]
+    forces = ca.reshape(by_results.T @ ca.vertcat(*weights), -1, count)
+    hessian = to_intervals.T @ blocks(bend, forces) @ to_intervals
+    objective, constraints = ca.vertsplit(values, [0, 1, rows.shape[0]])
     given = {"x": x, "p": p}
     lagrangian = given | dict(zip(["lam_f", "lam_g"], weights))
     found = {
@@ -111,34 +107,3 @@ def _constant(matrix):
     matrix.sort_indices()
     sparsity = ca.Sparsity(*matrix.shape, matrix.indptr.tolist(), matrix.indices.tolist())
     return ca.DM(sparsity, matrix.data)
-
-
-def _assembled(blocks, sparsity, count, left, right, constant):
-    """Return left^T B right + constant, sparse; blocks: the entries of all blocks of B, which lie
-    on its diagonal and have one sparsity.
-    """
-    k = np.arange(count)[:, None]
-    i, j = map(np.array, sparsity.get_triplet())
-    entry, row, factor = _rows(left, (k * sparsity.size1() + i).ravel())
-    again, column, other = _rows(right, (k * sparsity.size2() + j).ravel()[entry])
-    entry, row, factor = entry[again], row[again], factor[again] * other
-    fixed = constant.tocoo()
-    height = left.shape[1]
-    place = np.append(column, fixed.col) * height + np.append(row, fixed.row)
-    place, number = np.unique(place, return_inverse=True)
-    ours, theirs = np.split(number, [len(entry)])
-    sums = coo_array((factor, (ours, entry)), shape=(len(place), blocks.numel()))
-    offset = np.bincount(theirs, fixed.data, len(place))
-    columns, rows = np.divmod(place, height)
-    pattern = ca.Sparsity.triplet(height, right.shape[1], rows.tolist(), columns.tolist())
-    return ca.MX(pattern, _constant(sums) @ blocks + offset)
-
-
-def _rows(matrix, which):
-    """Return (number among which, column, value) of all entries of some rows of a matrix."""
-    matrix = matrix.tocsr()
-    counts = np.diff(matrix.indptr)[which]
-    number = np.repeat(np.arange(len(which)), counts)
-    before = np.cumsum(counts) - counts
-    place = matrix.indptr[which][number] + np.arange(len(number)) - before[number]
-    return number, matrix.indices[place].astype(int), matrix.data[place]

@@ -49,16 +49,11 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
     """
     begin = bars(start)
     end = bars(goal)
-    if robot.turns:
-        counts = list(product((-1, 0, 1), repeat=4))
-        turns = 2 * np.pi * np.array(counts)
-        images = list(end + turns)
-        images.sort(key=lambda image: np.abs(image - begin).sum())
-    else:
-        images = [
-            end + 2 * np.pi * np.array([0, first, 0, second])
-            for first, second in product((0, -1, 1), repeat=2)
-        ]
+    turns = product((-1, 0, 1) if robot.turns else (0,), (-1, 0, 1), repeat=2)
+    images = sorted(
+        (end + 2 * np.pi * np.array(counts) for counts in turns),
+        key=lambda image: np.abs(image - begin).sum(),
+    )
     found = _routes(robot, start, goal)
     if found == ():
         raise PlanError(
@@ -160,10 +155,10 @@ def _detours(robot, start, goal, begin, end):
     aside = np.random.default_rng(0).uniform(-0.5, 0.5, (DETOURS, 2)) * min(robot.distal)
     for xi, modes in product((start.xi + goal.xi) / 2 + aside, MODES):
         middle = bars(igm(robot, xi, modes, unreachable="nan"))
-        yield [begin, _turned(robot, middle, begin), _turned(robot, end, middle)]
+        yield [begin, nearest_turn(robot, middle, begin), nearest_turn(robot, end, middle)]
 
 
-def _turned(robot, angles, before):
+def nearest_turn(robot: Robot, angles: np.ndarray, before: np.ndarray) -> np.ndarray:
     """Return the bars in the turn nearest to others; what slides does not turn."""
     turns = robot.turns, True, robot.turns, True
     return np.where(turns, _nearest(angles, before), angles)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .search import nearest_turn
 from .shooting import Motions, Shooting, at_all
 
 SAMPLES = 400  # from each end
@@ -32,25 +33,22 @@ def swings(
     back, pull = _sampled(shooting, goal, half, -h, rng)
     if not len(there) or not len(back):
         return None
-    turn = 2 * np.pi if shooting.problem.robot.turns else np.inf
-    turns = np.array([turn, 2 * np.pi, turn, 2 * np.pi])
     last, first = there[:, None, -1], back[None, :, -1]
-    apart = last - first
-    whole = np.zeros_like(apart)
-    whole[..., :4] = turns * np.round(apart[..., :4] / turns)
-    whole = np.nan_to_num(whole)
-    apart = (apart - whole) / shooting.units
+    turned = nearest_turn(shooting.problem.robot, first[..., :4], last[..., :4])
+    places = (last[..., :4] - turned) / shooting.units[:4]
+    rates = (last - first)[..., 4:] / shooting.units[4:]
     # Effort that closes a gap of places and rates within half of the time, of a unit of inertia.
     time = shooting.units[0] / shooting.units[4]
     left = duration / 2 / time
-    gaps = 12 * (apart[..., :4] ** 2).sum(-1) / left**3 + 4 * (apart[..., 4:] ** 2).sum(-1) / left
+    gaps = 12 * (places**2).sum(axis=-1) / left**3 + 4 * (rates**2).sum(axis=-1) / left
     efforts = [(each**2).sum(axis=(1, 2)) * h / shooting.torque**2 for each in (push, pull)]
     total = efforts[0][:, None] + efforts[1] + gaps * time
     best = np.argsort(total, axis=None)[:BEST]
     chosen: list[np.ndarray] = []
     torques = []
     for i, j in zip(*np.unravel_index(best, total.shape)):
-        tail = back[j, ::-1] + whole[i, j]
+        tail = back[j, ::-1].copy()
+        tail[:, :4] += turned[i, j] - tail[0, :4]
         x = np.concatenate([there[i, :-1], (there[i, -1:] + tail[:1]) / 2, tail[1:]])
         bars = x[:, :4] / shooting.units[:4]
         if all(np.abs(bars - one[:, :4] / shooting.units[:4]).max() > APART for one in chosen):
