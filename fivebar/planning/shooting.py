@@ -197,11 +197,6 @@ class Motions:
         time = self.shooting.problem.weights["time"]
         return (self.h * self.values[3]).sum(axis=1) + time * self.duration
 
-    @property
-    def excess(self) -> np.ndarray:
-        """Return the mean square by which limits are exceeded (k,), over their units."""
-        return (self.h * self.values[4]).sum(axis=1) / self.duration
-
     def _valued(self, x, torques):
         """Return ends of the intervals, both inner points, cost, excess, gradients and Hessians."""
         h = self.h[..., None]
