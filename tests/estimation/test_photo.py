@@ -62,9 +62,11 @@ def test_a_lens_that_bends_lines_is_found_by_the_edges(lens, drawn):
 
 
 @pytest.mark.every(2)
-@pytest.mark.parametrize("turn, channels", [(0.05, 4), (1.6, 0)])
-def test_crosses_are_found_in_a_small_photograph(turn, channels, drawn, monkeypatch):
-    """Of a sheet that lies or stands, in colours or in grey, put straight in coarse pixels."""
+@pytest.mark.parametrize("turn, channels, tilt", [(0.05, 4, 0.1), (1.6, 0, 0.1), (0.2, 0, 0.8)])
+def test_crosses_are_found_in_a_small_photograph(turn, channels, tilt, drawn, monkeypatch):
+    """Of a sheet that lies or stands, in colours or in grey, put straight in coarse pixels. By the
+    last one's tilt, two edges at a corner have the same length.
+    """
     monkeypatch.setattr(photo, "PIXEL", 3e-4)
     cut = 1.004, 0.995
     image = photograph(
@@ -72,10 +74,10 @@ def test_crosses_are_found_in_a_small_photograph(turn, channels, drawn, monkeypa
         "A5",
         np.random.default_rng(3),
         turn=turn,
-        tilt=0.1,
+        tilt=tilt,
         blur=0.7,
-        shape=(500, 680),
-        zoom=2000.0,
+        shape=(720, 900),
+        zoom=2400.0,
         cut=cut,
     )
     if channels:

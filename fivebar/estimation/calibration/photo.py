@@ -77,9 +77,8 @@ def crosses_in(
     smooth = gaussian_filter(image, 1.0)
     measured = _sides(paper, size)
     corners, lens = _corners(smooth)
-    first_edge = np.linalg.norm(corners[1] - corners[0])
-    second_edge = np.linalg.norm(corners[2] - corners[1])
-    if first_edge < second_edge:
+    edges = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    if edges[::2].sum() < edges[1::2].sum():  # opposite ones together, as a tilt changes each
         corners = np.roll(corners, 1, axis=0)
     straight = _straightened(image, corners, measured, lens)
     centres, sides = _marks(straight)
