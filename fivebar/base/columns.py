@@ -170,7 +170,7 @@ def _from_arrays(arrays, wanted, units, name, calls):
         if unit:
             stated[key] = unit
             factor = wanted[key].units[unit]
-        values[key] = np.where(np.isfinite(column), column, np.nan) * factor
+        values[key] = column * factor
     if missing := missing_of(wanted, values):
         raise ValueError(f"{name} has no column {', '.join(missing)}: {how_to_name(missing)}")
     lengths = {key: len(column) for key, column in values.items() if column.ndim}

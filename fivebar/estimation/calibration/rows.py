@@ -170,7 +170,7 @@ def _targets(to, distance, where):
     """Return the row at the other end of each distance, from its number counted from 1."""
     n = len(to)
     own = np.arange(1, n + 1)
-    good = np.isin(to, own) & (to != own) & (distance >= 0)
+    good = np.isin(to, own) & (to != own) & ~(distance < 0)
     good |= np.isnan(to) & np.isnan(distance)
     if not good.all():
         k = int(np.argmin(good))
@@ -183,11 +183,17 @@ def _targets(to, distance, where):
 
 def _without_useless(rows):
     blind = ~np.isfinite(rows.q).all(axis=1)
+    open_ends = (rows.to >= 0) & np.isnan(rows.distance)
+    rows = replace(rows, to=np.where(open_ends, -1, rows.to))
     needed = np.isfinite(rows.points).any(axis=1) | (rows.to >= 0)
     needed[rows.to[rows.to >= 0]] = True
     empty = ~blind & ~needed
     notes = list(rows.notes)
-    for out, why in ((blind, "without q1 or q2"), (empty, "without x, y or distance")):
+    for out, why in (
+        (blind, "without q1 or q2"),
+        (empty, "without x, y or distance"),
+        (open_ends & ~empty, "distance without a number"),
+    ):
         if out.any():
             notes.append(f"left out, {why}: {rows.named(out)}")
     rows = replace(rows.without(blind | empty), notes=tuple(notes))

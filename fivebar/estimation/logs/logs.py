@@ -234,7 +234,10 @@ def _clean(table: Columns, pairs, robot):
     is_file = table.row_word == "line"
     unnamed = [name for name in table.values if is_file and name not in table.stated]
     if unnamed:
-        notes.append(f"{', '.join(unnamed)}: no unit in the table, taken for SI units")
+        notes.append(
+            f"{', '.join(unnamed)}: no unit in the table, taken for SI units, or for counts with"
+            " counts_per_turn"
+        )
     rows = np.arange(len(t))
     rows = _leave_out(table, rows, ~np.isfinite(t), "rows without a time", notes)
     rows = _in_order(table, rows, t[rows], notes)
