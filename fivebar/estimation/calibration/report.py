@@ -8,12 +8,13 @@ import numpy as np
 
 from ...base.representation import aligned
 from .measured_robot import PLACE, shown_in
+from .outliers import CHANCE
 
 if TYPE_CHECKING:
     from .result import Calibration
 
 LESS = 'leave them out of the data, or count them less (loss="cauchy", --loss cauchy)'
-SMALL = 0.1  # of sigma: misses below it are of another sigma
+SMALL = 0.05  # of sigma: misses below it are of another sigma
 
 
 def report(found: Calibration) -> str:
@@ -73,19 +74,24 @@ def _fit(found):
         return lines
     chance = f"chi2 = {found.chi2:.4g} for {found.dof} degrees of freedom, p = {found.p_value:.2g}"
     times = np.sqrt(found.chi2 / found.dof)
-    if found.fits:
-        words = "the model fits to the sigma given"
-        if found.chi2 < SMALL**2 * (found.dof - 1):
-            words = (
-                f"THE MISSES ARE ONLY {times:.1g} x sigma. Is sigma in m (--sigma 0.02mm)? The"
-                " intervals below are as wide as sigma says"
-            )
-        return [*lines, f"{chance}: {words}"]
-    return [
-        *lines,
-        f"{chance}: THE MODEL DOES NOT FIT: the misses are {times:.3g} x sigma. Wrong rows, a"
-        " tilted measuring plane, backlash, bars out of the plane? The intervals below do not hold",
-    ]
+    words = "the model fits to the sigma given"
+    if not found.fits:
+        words = (
+            f"THE MODEL DOES NOT FIT: the misses are {times:.3g} x sigma. Wrong rows, readings"
+            " rounded to counts, a pen beside the joint or on the other leg, backlash, a tilted"
+            " measuring plane, bars out of the plane? The intervals below do not hold"
+        )
+    elif found.p_value < CHANCE:
+        words = (
+            f"the misses are {times:.3g} x sigma, more than by chance: are readings rounded to"
+            " counts, or is sigma larger? The intervals below may be too narrow"
+        )
+    elif found.chi2 < SMALL**2 * (found.dof - 1):
+        words = (
+            f"THE MISSES ARE ONLY {times:.1g} x sigma. Is sigma in m (--sigma 0.02mm)? The"
+            " intervals below are as wide as sigma says"
+        )
+    return [*lines, f"{chance}: {words}"]
 
 
 def _table(found):

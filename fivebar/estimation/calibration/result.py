@@ -29,7 +29,6 @@ from .rows import MeasuredRows
 
 TOLERANCE = 3e-3  # of a mean bar: a workshop's, as ISO 2768-m has it for bars of 100 mm
 EXACT = 1e-12  # of a mean bar: smaller misses are rounding
-CHANCE = 1e-3  # probability below which nothing is taken for chance
 KIND = "calibration of a five-bar"
 
 
@@ -288,7 +287,7 @@ class Calibration(Plotted):
     @property
     def fits(self) -> bool | None:
         """Whether p is above 0.001; None where sigma is not given."""
-        return None if self.p_value is None else self.p_value > CHANCE
+        return None if self.p_value is None else self.p_value > 1e-3
 
     @cached_property
     def advised_priors(self) -> dict[str, float]:
