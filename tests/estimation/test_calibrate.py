@@ -2,6 +2,7 @@
 
 import os
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from scipy import stats
 import fivebar as fb
 from fivebar.estimation.calibration.measured_robot import FRAME, LENGTHS, READING, UNKNOWNS
 from tests.benchmarks.calibration import coverage
-from tests.helpers.twins import LAB, NOMINAL, measured, poses, seen, twin
+from tests.helpers.twins import LAB, MODES, NOMINAL, measured, poses, seen, twin
 
 GEOMETRY = (*LENGTHS, "offset1", "offset2")
 NIGHTLY = bool(os.environ.get("FIVEBAR_NIGHTLY"))
@@ -58,6 +59,20 @@ def test_one_coordinate_alone(axis):
     assert off(found, true) < 1e-12 and found.rank == 7
 
 
+@pytest.mark.parametrize("modes", [((1, -1),), MODES])
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_modes_that_one_coordinate_tells_only_after_the_fit(axis, modes):
+    """The start is off by 1 mm and a degree, so that the other mode is nearer in some rows."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        true = twin(rng, NOMINAL, GEOMETRY, spread=2.0)
+        data = measured(true, 40, rng, 2e-5, modes)
+        del data[axis]
+        found = fb.calibrate(NOMINAL, data, sigma=2e-5)
+        assert found.fits
+        assert max(abs(found.values[name] - true[name]) / found.sd[name] for name in GEOMETRY) < 5
+
+
 def test_missing_coordinates_here_and_there_and_useless_rows():
     rng = np.random.default_rng(7)
     true = twin(rng, LAB, GEOMETRY)
@@ -69,6 +84,9 @@ def test_missing_coordinates_here_and_there_and_useless_rows():
         "left out, without q1 or q2: row 9",
         "left out, without x, y or distance: row 6",
     )
+    data["x"][7] = np.inf
+    with pytest.raises(ValueError, match="row 8: x must be below 1e\\+60 in size, not inf"):
+        fb.calibrate(LAB, data, GEOMETRY)
 
 
 def test_distances_between_points_alone():
@@ -80,8 +98,10 @@ def test_distances_between_points_alone():
     to = np.array([(k + 7) % 30 + 1 for k in range(30)])
     distance = np.hypot(*(points - points[to - 1]).T)
     data = dict(q1=q[:, 0], q2=q[:, 1], distance=distance, to=to, assembly=assembly)
+    data["distance"][4] = np.nan
     found = fb.calibrate(LAB, data, GEOMETRY)
     assert off(found, true) < 1e-11
+    assert found.notes == ("left out, distance without a number: row 5",)
     working_data = {key: column for key, column in data.items() if key != "assembly"}
     with pytest.raises(ValueError, match="all 30 rows: no mode is noted"):
         fb.calibrate(LAB, working_data, GEOMETRY)
@@ -94,7 +114,7 @@ def test_distances_between_points_alone():
     "change, noted, words",
     [
         (dict(q=np.degrees), "working", "does not close in the modes noted. Are q1, q2 in degrees"),
-        (dict(q=np.degrees), "both", "a wrong reading, or q1, q2 in degrees .*units\\)\\?$"),
+        (dict(q=np.degrees), "both", "no robot has the lengths that fit best.* in degrees or rad"),
         (dict(q=np.negative), "working", "row 1, .* swapped, or of the wrong sign"),
         (dict(distance=1e3), "working", "^row 6, row 13: both assembly modes have the"),
         (dict(distance=1e3), "both", "x, y or distance in mm"),
@@ -242,6 +262,9 @@ def test_what_the_fit_says_of_itself():
     ) and "all unknowns are told apart" in str(found)
     assert fb.calibrate(LAB, data, GEOMETRY, sigma=1e-5).fits is False
     assert "THE MODEL DOES NOT FIT" in str(fb.calibrate(LAB, data, GEOMETRY, sigma=1e-5))
+    doubtful = replace(found, weight=found.weight * np.sqrt(stats.chi2.isf(5e-3, 73) / found.chi2))
+    assert doubtful.p_value == pytest.approx(5e-3) and doubtful.fits
+    assert "x sigma, more than by chance: are readings rounded to counts" in str(doubtful)
     rough = str(fb.calibrate(LAB, data, GEOMETRY, sigma=4e-3))
     assert "THE MISSES ARE ONLY 0.02 x sigma. Is sigma in m" in rough
 
@@ -324,5 +347,5 @@ def test_lengths_that_no_robot_has_are_refused():
     rng = np.random.default_rng(4)
     data = measured(twin(rng, LAB, LENGTHS), 8, rng, 1e-5)
     data["y"] = -data["y"]
-    with pytest.raises(ValueError, match=r"no robot has the lengths that fit best, .*l11 = -68"):
+    with pytest.raises(ValueError, match=r"no robot has the lengths that fit best, .*l11 = -74"):
         fb.calibrate(LAB, data, GEOMETRY, mistakes="keep")

@@ -357,7 +357,8 @@ def test_a_row_out_of_reach_is_reached_by_a_fit_of_the_others():
         True
     ]
     task = LeastSquares(rows, np.array([1, 3]), short, np.full(2, 0.1), weight)
-    found = _reaching(task, short, rows.assembly)
+    found, modes, _ = _reaching(task, short, rows.assembly, np.zeros(5, bool))
+    assert np.array_equal(modes, rows.assembly)
     assert found == pytest.approx(values_of(ROBOT), abs=1e-12)
 
 

@@ -117,7 +117,7 @@ def test_of_too_few_rows_in_reach_none_is_fitted():
         size = np.full(len(free), 0.09)
         task = LeastSquares(rows, np.array(free), values_of(LAB), size, np.ones(6))
         with pytest.raises(ValueError, match="^row 2, row 3: with these angles the robot"):
-            _reaching(task, task.start, modes)
+            _reaching(task, task.start, modes, np.zeros(3, bool))
 
 
 def test_counts_are_told_of_each_motor_by_itself():

@@ -30,6 +30,7 @@ from .few_rows import CHANGED
 from .fit import (
     CLEAR,
     LOSSES,
+    ROUNDS,
     LeastSquares,
     assembly_modes,
     possible_sides,
@@ -54,6 +55,7 @@ QUESTIONS = (
     "Are q1, q2 in degrees or rad, x, y or distance in mm or m (units=, --units)? Are q1, q2 in"
     " counts (ratio1 and ratio2 in start, --start: rad of one count)? Are two columns exchanged, or"
     " has one the wrong sign? Is all unknown that is not known (offsets, the frame x0, y0, turn)?"
+    " Is a pen beside the joint, on which leg (tool=, --tool-leg)?"
     " mistakes='keep' (--mistakes keep) takes the data as they are"
 )
 DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
@@ -168,12 +170,13 @@ def calibrate(
     assembly, uncertain = assembly_modes(p, task.rows)
     _refuse_unknown_modes(task.rows, p, assembly == 0)
     scatter = 1.0 if absolute else robust_scatter(task, p, assembly)
-    first = _reaching(weighted_by_loops(task, p, scatter), p, assembly)
-    task, p = solve_by_loops(task, first, assembly, scatter, absolute)
+    looped = weighted_by_loops(task, p, scatter)
+    p, assembly, uncertain = _reaching(looped, p, assembly, uncertain)
+    task, p = solve_by_loops(task, p, assembly, scatter, absolute)
     notes = list(task.rows.notes)
     if p[PLACE["d"]] < 0 and task.names[1:]:
         one_axis = _on_one_axis(task)
-        task, p = solve_by_loops(one_axis, first, assembly, scatter, absolute)
+        task, p = solve_by_loops(one_axis, p, assembly, scatter, absolute)
         notes.append("d fits best below 0, and is taken as 0: motors on one axis")
     _refuse_impossible_lengths(p)
     if mistakes != "keep":
@@ -379,22 +382,26 @@ def _refuse_unchecked_lengths(task, p):
             )
 
 
-def _reaching(task, p, assembly):
-    """Return values from which every row is reached: p, or a fit of the rows that p reaches."""
-    for _ in range(3):
-        off = residuals(p, task.rows, assembly, derive=False)[0]
-        out = np.zeros(len(task.rows), bool)
-        out[task.rows.row_of[~np.isfinite(off)]] = True
-        if not out.any():
-            return p
-        near = task.rows.without(out)
-        if len(near.numbers) < len(task.free):
+def _reaching(task, p, assembly, uncertain):
+    """Return values from which every row is reached, the assembly modes, and where these are
+    uncertain.
+
+    By fits of the rows that are reached, in certain modes: where only a coordinate tells the mode,
+    it may be certain only after a fit of the others.
+    """
+    row_of = task.rows.row_of
+    for _ in range(ROUNDS):
+        off, _ = residuals(p, task.rows, assembly, derive=False)
+        reached = np.isfinite(off)
+        weight = task.weight * (reached & ~uncertain[row_of])
+        p = solve(replace(task, weight=weight), p, assembly)
+        now, uncertain = assembly_modes(p, task.rows)
+        before, assembly = assembly, np.where(now, now, assembly)
+        if reached.all() and (assembly == before).all():
             break
-        far = task.rows.measured[2]
-        kept = ~out[task.rows.row_of]
-        kept[len(kept) - len(far) :] &= ~out[task.rows.to[far]]
-        part = replace(task, rows=near, weight=task.weight[kept])
-        p = solve(part, p, assembly[~out])
+    if reached.all():
+        return p, assembly, uncertain
+    out = np.isin(np.arange(len(task.rows)), row_of[~reached])
     frame = ""
     if len(task.rows.measured[0]) and not {"x0", "y0", "turn"} & set(task.names):
         frame = (

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from .measured_robot import (
     FRAMES,
     PLACE,
+    SIDES,
     UNKNOWNS,
     bars_off,
     length_ok,
@@ -31,6 +32,7 @@ NEAREST = 0.2  # sine beyond which no pose is fitted by its loop
 NOISIEST = 0.02  # sigma / bar, beyond which the values are not yet near enough to tell
 CLEAR = 0.1  # sine of Type 2 beyond which a pose's assembly mode is certain
 TOLERANCE = 1e-14  # of least squares: changes below it are rounding
+USUAL = 5.0  # times the median miss: the other mode's pose may miss by so much, too
 ROUNDS = 10  # of weights near Type 2, each by the fit before
 SETTLED = 1e-9  # change of all unknowns, over their sizes, after which no round follows
 # Of the largest singular value: smaller ones are rounding, which poses near Type 2 multiply.
@@ -138,8 +140,8 @@ def possible_sides(p: ndarray, rows: MeasuredRows) -> ndarray:
     a row notes.
     """
     fits = []
-    for side in (-1, 1):
-        at = place(p, rows.q, np.full(len(rows), side))
+    for side in SIDES:
+        at = place(p, rows.q, side)
         as_noted = (rows.working == 0) | (-np.sign(at.sines) == rows.working)
         fits.append(as_noted.all(axis=1) & np.isfinite(at.xi))
     return np.array(fits)
@@ -157,34 +159,25 @@ def noted_assembly(p: ndarray, rows: MeasuredRows) -> ndarray:
 def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:
     """Return the assembly mode (n,) of each row, and where (n,) it is uncertain.
 
-    At a measured point it is the point's own, else as noted, else that of the nearer pose.
+    At a measured point it is the point's own, else as noted, else that of the nearer pose. It is
+    uncertain where the other pose would be no unusual miss either.
     """
     noted = noted_assembly(p, rows)
     known = np.isfinite(rows.points)
-    measured = known.any(axis=1)
-    points = []
     off = []
-    for side in (-1, 1):
-        assembly = np.full(len(rows), side)
-        own, _ = seen(p, rows.q, assembly, derive=False)
-        missed = np.abs(own - rows.points)
-        missed[~known] = 0.0
-        points.append(own)
-        off.append(missed.sum(axis=1))
+    for side in SIDES:
+        own, _ = seen(p, rows.q, side, derive=False)
+        off.append(np.where(known, np.abs(own - rows.points), 0.0).sum(axis=1))
     minus, plus = np.nan_to_num(off, nan=np.inf)
-    nearer = np.where(minus <= plus, -1, 1)
+    usual = USUAL * np.median(np.minimum(minus, plus))
     sine = sines_at(p, rows.q, rows.points)[:, 2]
     sure = rows.whole & (np.abs(sine) > CLEAR)
-    between = points[0] - points[1]
-    apart = np.hypot(*between.T) > 0
-    bar = np.mean(p[:4])
-    alike = np.abs(off[0] - off[1]) < 1e-3 * bar
-    by_point = np.where(measured, nearer, 0)
-    otherwise = np.where(noted, noted, by_point)
-    of_point = -np.sign(np.nan_to_num(sine))
-    modes = np.where(sure, of_point, otherwise)
-    untold = ~measured | (alike & apart)
-    uncertain = ~sure & (noted == 0) & untold
+    measured = known.any(axis=1)
+    nearer = np.where(minus <= plus, -1, 1) * measured
+    otherwise = np.where(noted, noted, nearer)
+    modes = np.where(sure, -np.sign(sine), otherwise)
+    alike = np.ptp(off, axis=0) < 1e-3 * np.mean(p[:4]) + usual
+    uncertain = ~sure & (noted == 0) & (~measured | alike)
     return modes.astype(np.int8), uncertain
 
 
@@ -245,7 +238,7 @@ def solve_by_loops(
 
 
 def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> ndarray:
-    """Return the values (16,) of least weighted squares from p.
+    """Return the values (16,) of least weighted squares from p; rows of weight 0 may be unreached.
 
     Combinations that the rows do not tell stay as near to the start as they can.
     """
@@ -255,13 +248,13 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> ndarray:
 
     def off(z):
         missed, _ = residuals(task.at(z), task.rows, assembly, derive=False)
-        weighted = missed * task.weight
+        weighted = np.where(task.weight, missed, 0.0) * task.weight
         return np.concatenate([weighted, prior @ z])
 
     def slope(z):
         _, by_all = residuals(task.at(z), task.rows, assembly)
-        jacobian = by_all[:, task.free]
-        weighted = jacobian * task.size * task.weight[:, None]
+        weight = task.weight[:, None]
+        weighted = np.where(weight, by_all[:, task.free], 0.0) * task.size * weight
         return np.concatenate([weighted, prior])
 
     def fitted(z):

@@ -30,7 +30,7 @@ PLACE = {name: k for k, name in enumerate((*UNKNOWNS, "tool_leg"))}
 METRES = (*LENGTHS, "x0", "y0", *TOOL)
 UNITS = dict.fromkeys(METRES, "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
-SIDES = np.array([-1.0, 1.0])  # of the legs
+SIDES = np.array([-1.0, 1.0])  # of the legs; also the assembly modes
 NEUTRAL = np.array(
     [
         0.0,  # offset1
