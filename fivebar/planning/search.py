@@ -1,4 +1,4 @@
-"""First motions between two poses: straight in the bars' angles, and by way of the aspects.
+"""First motions between two poses: straight in the bars' angles, and by way of a third pose.
 
 All of them are pulled taut.
 """
@@ -6,7 +6,7 @@ All of them are pulled taut.
 from __future__ import annotations
 
 from itertools import islice, product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,14 +16,14 @@ from ..models.four_joints import bars_pose, closed, loop_gap
 from ..models.geometry import Pose, igm
 from ..models.robots import Robot
 from ..singularities.locus import MODES
-from ..singularities.passages import Passage, known_aspects, routes
+from ..singularities.passages import routes
 from .coordinates import bars
 from .problem import PlanError, refuse_pose
 
 IMAGES = 30  # turns of the goal's bars that are tried, at most
 DIRECT = 8  # straight ways, at most
-ROUTES = 6  # at most
-DETOURS = 12  # places of a pose between, where the aspects are not known
+DETOURS = 24  # places of a pose between
+BY_WAY = 6  # ways through these, at most
 MOST = 6  # ways between two poses
 CLOSES = 1e-9  # of the bars
 POINTS = 61  # of a way, between each two of its poses, and of all of it pulled taut
@@ -54,8 +54,7 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
         (end + 2 * np.pi * np.array(counts) for counts in turns),
         key=lambda image: np.abs(image - begin).sum(),
     )
-    found = _routes(robot, start, goal)
-    if found == ():
+    if _are_apart(robot, start, goal):
         raise PlanError(
             "plan: no motion joins start and goal: the aspects that they are in are not connected,"
             " whatever singularity is crossed",
@@ -63,12 +62,8 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
         )
     direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
     paths = list(islice((path for path in direct if path is not None), DIRECT))
-    if found is None:
-        points = _detours(robot, start, goal, begin, end)
-    else:
-        points = (_waypoints(robot, route, begin, end) for route in found)
-    by_way = (_path(robot, each) for each in points)
-    paths += islice((path for path in by_way if path is not None), ROUTES)
+    by_way = (_path(robot, each) for each in _detours(robot, start, goal, begin, end))
+    paths += islice((path for path in by_way if path is not None), BY_WAY)
     return _distinct(robot, paths) if paths else []
 
 
@@ -142,17 +137,18 @@ def _poses(robot, given, name, constraints):
     return [given]
 
 
-def _routes(robot, start, goal):
-    """Return routes by the aspects; None where these are not known, or a pose is singular."""
+def _are_apart(robot, start, goal):
+    """Whether no route joins poses; False where aspects are not known, or a pose is singular."""
     try:
-        return routes(robot, start, goal)
+        return not routes(robot, start, goal)
     except (ValueError, ArithmeticError):
-        return None
+        return False
 
 
 def _detours(robot, start, goal, begin, end):
-    """Yield points by way of a pose in any modes, about the middle of both."""
-    aside = np.random.default_rng(0).uniform(-0.5, 0.5, (DETOURS, 2)) * min(robot.distal)
+    """Yield points by way of a pose in any modes, farther and farther about the middle of both."""
+    reach = min(robot.distal) * np.linspace(0.5, 1.5, DETOURS)[:, None]
+    aside = reach * np.random.default_rng(0).uniform(-1, 1, (DETOURS, 2))
     for xi, modes in product((start.xi + goal.xi) / 2 + aside, MODES):
         middle = bars(igm(robot, xi, modes, unreachable="nan"))
         yield [begin, nearest_turn(robot, middle, begin), nearest_turn(robot, end, middle)]
@@ -162,50 +158,6 @@ def nearest_turn(robot: Robot, angles: np.ndarray, before: np.ndarray) -> np.nda
     """Return the bars in the turn nearest to others; what slides does not turn."""
     turns = robot.turns, True, robot.turns, True
     return np.where(turns, _nearest(angles, before), angles)
-
-
-def _waypoints(robot, route, begin, end):
-    points = [begin]
-    everything = known_aspects(robot)
-    if not route.passages:
-        return [begin, _nearest(end, begin)]
-    for before, after, passage in zip(route.aspects, route.aspects[1:], route.passages):
-        crossed = _at(robot, passage, everything[before - 1])
-        points.append(_nearest(crossed, points[-1]))
-        inner = everything[after - 1]
-        middle = bars(igm(robot, inner.point, inner.working))
-        points.append(_nearest(middle, points[-1]))
-    return [*points[:-1], _nearest(end, points[-2])]
-
-
-def _at(robot, passage: Passage, aspect):
-    """Return the bars where a passage is crossed, coming from an aspect."""
-    if passage.leg is None:
-        return bars(igm(robot, passage.xi, aspect.working))
-    own = passage.leg
-    other = 1 - own
-    drive = robot.drives[other]
-    dyad = drive.close(tuple(passage.xi.tolist()), robot.distal[other], aspect.working[other])
-    q, (x, y) = drive.coordinate(drive.direction_in(dyad)), drive.distal_in(dyad)
-    phi = np.arctan2(y, x)
-    pairs: list[Any] = [None, None]
-    pairs[other] = q, phi
-    if passage.fold:
-        # Across the other distal bar, on the side that keeps the assembly mode; the proximal bar
-        # lies back on it.
-        folded = phi + (1 if own else -1) * -aspect.assembly * np.pi / 2
-        pairs[own] = folded + np.pi, folded
-    else:
-        x, y = passage.xi - (robot.drives[own].x, robot.drives[own].y)
-        proximal = robot.drives[own].length
-        distal = robot.distal[own]
-        reach = np.hypot(x, y)
-        outer = proximal + distal
-        inner = abs(proximal - distal)
-        stretched = abs(outer - reach) < abs(inner - reach)
-        q = np.arctan2(y, x) + np.pi * (not stretched and distal > proximal)
-        pairs[own] = q, q + np.pi * (not stretched)
-    return np.array([*pairs[0], *pairs[1]])
 
 
 def _nearest(angles, before):

@@ -9,8 +9,8 @@ import fivebar as fb
 from fivebar.models.four_joints import bars_pose, closed, loop_gap
 from fivebar.planning.coordinates import bars
 from fivebar.planning.problem import PlanError, timed
-from fivebar.planning.search import _at, _lengths, _stops, _waypoints, ways, ways_between
-from fivebar.singularities.passages import known_aspects, passages
+from fivebar.planning.search import _lengths, _stops, ways, ways_between
+from fivebar.singularities.passages import known_aspects
 
 from ..conftest import UNEQUAL
 
@@ -18,55 +18,11 @@ NONE = fb.Constraints()
 
 ROBOT = fb.FiveBar()
 BIGLIDE = fb.Biglide()
-LONG_BARS = fb.FiveBar(0.05, 0.12, 0.06, 0.13, 0.05)
 
 
 def inside(robot, number):
     aspect = known_aspects(robot)[number - 1]
     return fb.igm(robot, aspect.point, aspect.working)
-
-
-@pytest.mark.parametrize("robot", [ROBOT, UNEQUAL, LONG_BARS])
-def test_a_passage_is_crossed_on_the_closed_loop_with_its_bars_in_line(robot):
-    everything = known_aspects(robot)
-    kinds = set()
-    for passage in passages(robot):
-        for number in passage.between:
-            aspect = everything[number - 1]
-            pose = bars_pose(robot, tuple(_at(robot, passage, aspect).tolist()))
-            assert np.hypot(*loop_gap(pose)) < 1e-9
-            xi = np.array(pose.point)
-            if passage.fold:
-                # The tip comes back to the base joint of that leg, and the folded bars lie in line.
-                base = (passage.leg - 0.5) * robot.d
-                assert xi == pytest.approx([base, 0.0], abs=2e-4)
-            else:
-                assert xi == pytest.approx(passage.xi, abs=1e-9)
-            margins = [*pose.sines, pose.det_A]
-            in_line = 2 if passage.leg is None else passage.leg
-            assert abs(margins[in_line]) < 1e-6
-            for other in {0, 1} - {in_line}:
-                assert -np.sign(margins[other]) == aspect.working[other]
-            if in_line < 2:
-                assert -np.sign(pose.det_A) == aspect.assembly
-            reach = np.linalg.norm(passage.xi - [((passage.leg or 0) - 0.5) * robot.d, 0.0])
-            kinds.add((passage.leg, passage.fold, bool(reach > robot.distal[passage.leg or 0])))
-    assert {leg for leg, *_ in kinds} == {None, 0, 1}
-
-
-@pytest.mark.parametrize("robot", [ROBOT, UNEQUAL])
-def test_a_route_leads_through_its_passages_and_the_aspects_between(robot):
-    begin, end = inside(robot, 1), inside(robot, len(known_aspects(robot)))
-    route = max(fb.routes(robot, begin, end), key=lambda each: len(each.passages))
-    points = _waypoints(robot, route, bars(begin), bars(end))
-    assert len(points) == 2 * len(route.passages) + 1
-    assert points[0] == pytest.approx(bars(begin), abs=0)
-    for before, after in zip(points, points[1:]):
-        assert np.abs(after - before).max() <= np.pi + 1e-9
-    for number, point in zip(route.aspects[1:-1], points[2:-1:2]):
-        pose = bars_pose(robot, tuple(point.tolist()))
-        assert known_aspects(robot)[number - 1].contains(np.array(pose.point))
-    assert np.cos(points[-1] - bars(end)) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
