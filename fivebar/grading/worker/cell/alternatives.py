@@ -445,7 +445,7 @@ def _of_list(place):
     if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
         x, y = parts
         turns = [[_negative(x), _negative(y)], [_negative(y), x], [y, _negative(x)]]
-        for turned in turns[kind is ast.Tuple :]:  # a pair of matrices has no direction
+        for turned in turns[isinstance(x, ast.Name) :]:  # a pair of matrices has no direction
             yield 2, "a direction", kind(turned, ast.Load())
 
 
