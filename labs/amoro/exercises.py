@@ -23,11 +23,14 @@ CONSTANTS = {
 }
 SPEED = "Let the motors run at constant speed: is the end-effector's acceleration 0?"
 POWER = "m (A^-1 d) is a force. Which efforts is it worth?"
+ORIGIN = "Write down the x of both base joints. Where is the origin of the frame?"
 SLIPS = {
     "sign of the base joint's x, in the right leg": (
-        "Write down the x of both base joints. Where is the origin of the frame?",
+        ORIGIN,
         {"base": lambda s: np.full(2, -s.robot.d / 2)},
     ),
+    "origin in the left base joint": (ORIGIN, {"base": lambda s: s.robot.d * np.array([0, 1])}),
+    "origin in the right base joint": (ORIGIN, {"base": lambda s: -s.robot.d * np.array([1, 0])}),
     "d forgotten": (SPEED, {"d": lambda s: 0 * s.far}),
     "c forgotten": (SPEED, {"c": lambda s: 0 * s.d}),
     "c = J^T M J d": (POWER, {"c": lambda s: product(turned(s.J) @ s.M @ s.J, s.d)}),

@@ -37,6 +37,8 @@ SLIPS = {
         {"root": lambda s: lambda x: np.sqrt(np.maximum(x, 0))},
     ),
     "base joint forgotten": (ORIGIN, {"base": lambda s: np.zeros(2)}),
+    "origin in the left base joint": (ORIGIN, {"base": lambda s: s.robot.d * RIGHT}),
+    "origin in the right base joint": (ORIGIN, {"base": lambda s: -s.robot.d * LEFT}),
     "base joint of the left leg forgotten": (ORIGIN, {"base": lambda s: s.robot.d / 2 * RIGHT}),
     "base joint of the right leg forgotten": (ORIGIN, {"base": lambda s: -s.robot.d / 2 * LEFT}),
     "direction of the end-effector instead of the elbow": (

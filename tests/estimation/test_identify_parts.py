@@ -98,10 +98,14 @@ def test_what_the_model_misses_is_compared_with_the_noise_of_the_log():
 
 def test_a_mass_surely_below_0_is_refused_and_friction_is_not():
     sd = np.array([0.1, 0.2, 0.3])
+
+    def last(below):
+        return SimpleNamespace(theta=-below * sd, cov=np.diag(sd**2))
+
     for below, names in ((3.9, ("zz1", "m", "fv1")), (4.1, ("fv1", "fs1", "mx11"))):
-        _refuse_impossible(ROBOT, names, -below * sd, sd, True, AT_THE_JOINTS)
+        _refuse_impossible(ROBOT, names, last(below), True, AT_THE_JOINTS)
     with pytest.raises(ValueError, match="m = -1.23 ± 0.3 comes out, and no robot has less than 0"):
-        _refuse_impossible(ROBOT, ("fv1", "fs1", "m"), -4.1 * sd, sd, True, AT_THE_JOINTS)
+        _refuse_impossible(ROBOT, ("fv1", "fs1", "m"), last(4.1), True, AT_THE_JOINTS)
 
 
 @pytest.mark.parametrize("noise, q_noise", [(3e-3, 1e-9), (0.0, 2e-6), (1e-3, 1e-6)])

@@ -175,8 +175,10 @@ def calibrate(
     task, p = solve_by_loops(task, p, assembly, scatter, absolute)
     notes = list(task.rows.notes)
     if p[PLACE["d"]] < 0 and task.names[1:]:
-        one_axis = _on_one_axis(task)
-        task, p = solve_by_loops(one_axis, p, assembly, scatter, absolute)
+        task = _on_one_axis(task)
+        p[PLACE["d"]] = 0.0
+        p, assembly, uncertain = _reaching(task, p, assembly, uncertain)
+        task, p = solve_by_loops(task, p, assembly, scatter, absolute)
         notes.append("d fits best below 0, and is taken as 0: motors on one axis")
     _refuse_impossible_lengths(p)
     if mistakes != "keep":
@@ -390,17 +392,16 @@ def _reaching(task, p, assembly, uncertain):
     it may be certain only after a fit of the others.
     """
     row_of = task.rows.row_of
-    for _ in range(ROUNDS):
-        off, _ = residuals(p, task.rows, assembly, derive=False)
-        reached = np.isfinite(off)
+    settled = False
+    for left in range(ROUNDS, -1, -1):
+        reached = np.isfinite(residuals(p, task.rows, assembly, derive=False)[0])
+        if reached.all() and (settled or not left):
+            return p, assembly, uncertain
         weight = task.weight * (reached & ~uncertain[row_of])
         p = solve(replace(task, weight=weight), p, assembly)
         now, uncertain = assembly_modes(p, task.rows)
-        before, assembly = assembly, np.where(now, now, assembly)
-        if reached.all() and (assembly == before).all():
-            break
-    if reached.all():
-        return p, assembly, uncertain
+        settled = (now * assembly >= 0).all()
+        assembly = np.where(now, now, assembly)
     out = np.isin(np.arange(len(task.rows)), row_of[~reached])
     frame = ""
     if len(task.rows.measured[0]) and not {"x0", "y0", "turn"} & set(task.names):

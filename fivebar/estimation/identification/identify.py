@@ -178,24 +178,22 @@ def identify(
     out = [k for k, column in enumerate(told) if column not in chosen]
     labels = [names[k] for k in chosen]
     theta = last.theta
-    is_stated = all(own.is_stated for own, _ in logs)
-    _refuse_impossible(robot, labels, theta, np.sqrt(np.diag(last.cov)), is_stated, gauges)
+    _refuse_impossible(robot, labels, last, all(own.is_stated for own, _ in logs), gauges)
     values = dict(zip(labels, theta.tolist()))
-    full_sd = dict(zip([names[column] for column in told], np.sqrt(np.diag(full.cov))))
-    result = _robot(robot, sought, values, full_sd)
     cov = spread(full, [told.index(column) for column in chosen], last) if out else last.cov
     if alternatives:  # what is between torques held and not counts as far as neither is sure
         at_times, held_rows, doubt = alternatives
         apart = fit(held_rows, chosen).theta - fit(at_times, chosen).theta
         cov = cov + doubt * np.outer(apart, apart)
     sd = np.sqrt(np.diag(cov))
+    sd_of = dict(zip(labels, sd.tolist()))
     notes += [sentence for each in found for sentence in each.notes] + beyond
     by_known = rows.W @ known
     identified = Identification(
-        robot=result,
+        robot=_robot(robot, sought, values, sd_of),
         given=robot,
         values=values,
-        sd=dict(zip(labels, sd.tolist())),
+        sd=sd_of,
         chosen=tuple(labels),
         rejected={names[told[k]]: _why_left_out(names[told[k]], full, k) for k in out},
         indistinguishable=(
@@ -268,14 +266,14 @@ def _refuse_few(rows, found, least):
         )
 
 
-def _refuse_impossible(robot, names, theta, sd, is_stated, gauges):
+def _refuse_impossible(robot, names, last, is_stated, gauges):
     """Refuse masses that no robot on a desk has; without units, those that others make usual."""
     bar = max(robot.distal)
-    for name, value, deviation in zip(names, theta, sd):
-        if name in ladder(robot)["masses"] and value < -SURE * deviation:
+    for name, value, variance in zip(names, last.theta, np.diag(last.cov)):
+        if name in ladder(robot)["masses"] and value < -SURE * np.sqrt(variance):
             raise ValueError(
-                f"{name} = {value:.3g} ± {deviation:.2g} comes out, and no robot has less than 0."
-                " Has q or tau of a motor the wrong sign, are the motors exchanged? Are the"
+                f"{name} = {value:.3g} ± {np.sqrt(variance):.2g} comes out, and no robot has less"
+                " than 0. Has q or tau of a motor the wrong sign, are the motors exchanged? Are the"
                 " lengths, the assembly mode and the offset of q those of this robot?"
             )
         mass = value / bar ** POWERS.get(name[:2], 0)
@@ -323,14 +321,14 @@ def _why_left_out(name, full, k):
     return f"{value:.3g} ± {sd:.2g} beside all others, not told from 0: {least}"
 
 
-def _robot(robot, sought, values, full_sd):
+def _robot(robot, sought, values, sd):
     try:
         return replace(robot, **(dict.fromkeys(sought, 0.0) | values))
     except ValueError as error:
         unsure = [
-            f"{name} = {value:.3g} ± {full_sd[name]:.2g}"
+            f"{name} = {value:.3g} ± {sd[name]:.2g}"
             for name, value in values.items()
-            if name in ladder(robot)["masses"] and -SURE * full_sd[name] < value < 0
+            if name in ladder(robot)["masses"] and -SURE * sd[name] < value < 0
         ]
         if unsure:
             raise ValueError(

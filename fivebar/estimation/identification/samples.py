@@ -99,7 +99,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
         )
     notes = list(log.notes)
     if log.q_dot is not None:
-        missing = int((~np.isfinite(log.q_dot)).any(axis=1).sum())
+        missing = np.isnan(log.q_dot).any(axis=1).sum()
         if missing > MISSING * len(log.t):
             notes.append(f"the velocities are missing in {missing} rows: they are not used")
             log = replace(log, q_dot=None)

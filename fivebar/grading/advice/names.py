@@ -122,7 +122,7 @@ a factor; ; a wrong factor; {UNITS} Where does each factor come from?
 a mode; ; the mode forgotten; {FLIPPED}
 a hypotenuse; ; a side in place of a hypotenuse; How long is a vector that has an x and a y?
 an operator; ; a wrong operator; {UNITS}
-a number; ^(0\.0\d*|\S*e-\d+) =>; a wrong threshold; What is the largest value that counts as 0?
+a number; ^(0\.0*1|\S*e-\d+) =>; a wrong threshold; What is the largest value that counts as 0?
 a number; ; a wrong number; Where does each number in your formula come from?
 a typed number; ; {old} typed in place of {new}; What if the robot has other lengths or masses?
 steps; ; too few steps; How close to the solution are you after each step?
