@@ -8,9 +8,8 @@ import pytest
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line
-from fivebar.paths.timing import lower_bound
 from fivebar.paths.timing.constraint_rows import Limits, rows_of
-from fivebar.paths.timing.lower_bound import _lowest, _parabolas, _recurrence, caps, ceiling
+from fivebar.paths.timing.lower_bound import caps, ceiling
 from fivebar.paths.timing.mesh import mesh_of
 from fivebar.paths.timing.polygons import polygons
 from fivebar.paths.timing.solve import _directions
@@ -36,50 +35,12 @@ def above_of(mesh, limits):
     """The rows that a motion keeps, and a curve that none is above."""
     speed = np.full(len(mesh), limits.speed or np.inf)
     about = mesh.side, mesh.turns, _directions(len(mesh), None), speed
-    ends, gaps = caps(*rows_of(mesh.factors, limits, *about, False))
+    ends = caps(*rows_of(mesh.factors, limits, *about, False))
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
-    top[mesh.rest] = 0.0
     length = mesh.stretches.length
-    above = ceiling(*rows_of(mesh.factors, limits, *about, False), length, top, gaps)
+    high = np.full(len(mesh), np.inf)
+    above = ceiling(*rows_of(mesh.factors, limits, *about, False), length, top, high, mesh.rest)
     return rows_of(mesh.factors, limits, *about, True), above
-
-
-def test_only_stretches_that_change_are_looked_at_again(monkeypatch):
-    """Of motors, whose rows are of sqrt(x); x is as if all stretches were."""
-    path = fb.path([[(0.0, 0.1), (0.02, 0.1), (0.02, 0.12)], [(0.0, 0.11), (0.01, 0.12)]])
-    motors = fb.Motor(0.2, 3.0)
-    limits = Limits.of(fb.Constraints(motors=(motors, motors)))
-    mesh = mesh_of(replace(LAB, gravity=(0.0, -0.5)), path, (-1, -1))
-    mesh = mesh.split(np.full(len(mesh), 4))
-    n, h = len(mesh), mesh.stretches.length
-    about = mesh.side, mesh.turns, _directions(n, None), np.full(n, np.inf)
-    rows, alone = rows_of(mesh.factors, limits, *about, False)
-    turned = rows.turned(np.ones(n, dtype=bool))
-    ends, _ = caps(rows, alone)
-    top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
-    top[mesh.rest] = 0.0
-    looked = []
-
-    def counted(rows, h, high):
-        looked.append(len(h))
-        return _parabolas(rows, h, high)
-
-    monkeypatch.setattr(lower_bound, "_parabolas", counted)
-    above = ceiling(rows, alone, h, top, np.empty((2, 0, n + 1)))
-    x, high, looks_at_all = top, np.full(n, np.inf), 0
-    for _ in range(30):
-        before = x
-        looks_at_all += 2 * n
-        ahead, lines = _lowest(_parabolas(rows, h, high), x[:-1], h)
-        x = _recurrence(x, *lines)
-        behind, lines = _lowest(_parabolas(turned, h, high), x[1:], h)
-        x = _recurrence(x[::-1], *lines[:, ::-1])[::-1]
-        for start, u0, _, end in (ahead, behind):
-            high = np.fmin(high, np.maximum(np.maximum(start, start + h * u0), end))
-        if np.allclose(x, before, rtol=1e-6, atol=0.0):
-            break
-    np.testing.assert_allclose(above.x, x, rtol=1e-5)
-    assert sum(looked) < 0.7 * looks_at_all
 
 
 def most_used(robot, path, limits, s, x, u):

@@ -19,17 +19,18 @@ from fivebar.paths.timing import jerk, slower, solve
 from fivebar.paths.timing.bounds import Bernstein, Stretches
 from fivebar.paths.timing.clock import Clock, _stumpff
 from fivebar.paths.timing.constraint_rows import ConstraintRows, Limits
-from fivebar.paths.timing.feasible_motion import _corners, profile
 from fivebar.paths.timing.lower_bound import (
     _cruise,
+    _curves,
     _least_time,
-    _lowest,
     _parabolas,
+    _polygons,
     ceiling,
     duration,
 )
 from fivebar.paths.timing.mesh import _over_distance, _sign
-from fivebar.paths.timing.polygons import Polygons, _add_friction, _root
+from fivebar.paths.timing.polygons import _add_friction, _root
+from fivebar.paths.timing.reachability import _corners, profile
 from fivebar.paths.timing.refusals import refuse_touching, where
 from fivebar.paths.timing.slower import _mixture, _slower
 from fivebar.paths.timing.solve import Solved, TimingError, _along, _directions, _faster, _lowered
@@ -199,7 +200,8 @@ def test_corners_of_polygons_are_those_of_linear_programs(largest):
     p = np.concatenate([p, np.full((n, 1), -1.0)], axis=1)
     q = np.concatenate([q, np.zeros((n, 1))], axis=1)
     r = np.concatenate([r, np.zeros((n, 1))], axis=1)
-    x1 = _corners(p, q, r, -1 / p, np.ones(n), largest)
+    lines = -r / p, -q / p
+    x1 = _corners(lines, (r, q), p > 0, p < 0, np.ones(n), largest)
     for k in range(n):
         sign = -1.0 if largest else 1.0
         table = np.stack([p[k], q[k]], axis=1)
@@ -315,7 +317,7 @@ def test_no_motion_passes_a_parabola(friction):
     x0, h = rng.uniform(0.05, 1.0, n), rng.uniform(0.01, 0.1, n)
     high = x0 + rng.uniform(0.5, 0.6, n)
     high[::3] = np.inf
-    (_, u0, u1, end), _ = _lowest(_parabolas(rows, h, high), x0, h)
+    u0, u1, end = (each[0] for each in _curves(_parabolas(rows, h, high), x0, h))
     t = np.linspace(0, 1, 101)[:, None]
     powers = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
     x = x0 + h * (2 * u0 * t + (u1 - u0) * t**2)
@@ -332,73 +334,77 @@ def test_no_motion_passes_a_parabola(friction):
     assert np.median((left - most).min(axis=0)) < 0.2 + 0.2 * friction
 
 
-def test_of_rows_the_lowest_parabola_counts():
-    """And the line through its end is above that from lower x0."""
+def test_polygons_leave_out_no_end_of_a_parabola():
+    """Forwards and backwards; where x grows faster than the stretch is long, they bound nothing."""
     rng = np.random.default_rng(7)
-    n = 50
+    n, h = 50, np.full(50, 0.05)
     rows = random_rows(rng, 6, n, 0.0)
-    h, high = np.full(n, 0.05), np.full(n, np.inf)
-    parabolas = _parabolas(rows, h, high)
-    single = [_lowest(parabolas[:, :, k : k + 1], np.full(n, 0.3), h)[0][3] for k in range(6)]
-    (*_, end), (slope, offset) = _lowest(parabolas, np.full(n, 0.3), h)
-    assert (end == np.min(single, axis=0)).all() and np.ptp(single, axis=0).min() > 0
-    np.testing.assert_allclose(slope * 0.3 + offset, end)
-    for x0 in np.linspace(0, 0.3, 7):
-        assert (slope * x0 + offset >= _lowest(parabolas, np.full(n, x0), h)[0][3] - 1e-15).all()
-    free = np.full(n, math.inf)
-    assert np.isinf(_lowest(parabolas, free, h)[0]).all()
+    back = rng.random((6, n)) < 0.5
+    parabolas = _parabolas(rows, h, np.full(n, np.inf))
+    table = _polygons(parabolas, h, back, np.full(n + 1, 2.0))
+    assert table.shape == (n, 8, 3)
+    for start in np.linspace(0, 1.5, 7):
+        end = _curves(parabolas, start, h)[2]
+        ends = np.where(back, end, start), np.where(back, start, end), np.ones_like(end)
+        left = (table[:, :6] * np.transpose(ends, (2, 1, 0))).sum(axis=-1)
+        assert (left <= 1e-15).all() and np.median(left) > -0.01
     rows.parts["a"][:] = 1.0
-    rows.parts["b"][:] = -30.0  # x grows faster than the stretch is long
-    curve, line = _lowest(_parabolas(rows, h, high), np.full(n, 0.3), h)
-    assert np.isinf(curve).all() and np.isinf(line[1]).all()
+    rows.parts["b"][:] = -30.0
+    table = _polygons(_parabolas(rows, h, np.full(n, np.inf)), h, back, np.full(n + 1, 2.0))
+    assert not table[:, :6].any()
+    assert (table[:, 6:] == [[1.0, 0.0, -2.0], [-1.0, 0.0, 0.0]]).all()
 
 
 def test_x_at_the_nodes_is_that_of_parabolas_from_node_to_node():
-    """Found for all nodes at once: nowhere below that one by one, and hardly above."""
+    """Nowhere below that one by one, and hardly above; in the same way backwards."""
     rng = np.random.default_rng(8)
     n = 40
     rows = random_rows(rng, 3, n, 0.0)
+    rows.bend["v"][:] = rows.slack["v"][:] = 0.0
     top = rng.uniform(0.3, 2.0, n + 1)
-    top[[0, 17]] = 0.0
+    rest = np.isin(np.arange(n + 1), [0, 17])
     h = rng.uniform(0.01, 0.1, n)
-    gaps = np.full((2, 2, n + 1), np.nan)
-    gaps[:, 0, 5::3] = [[0.2], [0.9]]
-    gaps[:, 1, 5::6] = [[0.1], [0.25]]  # below 0.2, too
     alone = ConstraintRows({"b": np.zeros((3, 0, n))}, {}, {}, rows.tip, rows.tip)
-    found = ceiling(rows, alone, h, top, gaps)
-    parabolas = _parabolas(rows, h, np.full(n, np.inf))
+    high = np.full(n, np.inf)
+    found = ceiling(rows, alone, h, top, high, rest)
+    parabolas = _parabolas(rows, h, high)
     ends = np.maximum(found.x[:-1], found.x[1:])
-    assert (found.high >= ends * (1 - 1e-12)).all() and (found.high < ends + 1.0).all()
-    expected = [top[0]]
+    assert (found.high >= ends * (1 - 5e-3)).all() and (found.high < ends + 1.0).all()
+    expected = [0.0]
     for k in range(n):
-        start = np.array([expected[-1]])
-        end = _lowest(parabolas[..., k : k + 1], start, h[k : k + 1])[0][3, 0]
-        end = min(end, top[k + 1])
-        if k + 1 in range(5, n + 1, 3) and 0.2 < end < 0.9:
-            end = 0.2
-        if k + 1 in range(5, n + 1, 6) and 0.1 < end < 0.25:
-            end = 0.1
-        expected.append(end)
-    assert {0.1, 0.2} <= set(expected) and found.stuck is None
-    np.testing.assert_allclose(found.x, expected, rtol=1e-6)
+        end = _curves(parabolas[..., k], expected[-1], h[k])[2].min()
+        expected.append(0.0 if rest[k + 1] else min(end, top[k + 1]))
+    assert found.stuck is None and (found.x >= np.array(expected) * (1 - 1e-12)).all()
+    np.testing.assert_allclose(found.x, expected, rtol=5e-3)
     assert (found.x < top).sum() > 5 and np.isfinite(found.size).all()
+    turned = rows.turned(np.ones(n, dtype=bool))
+    mirrored = turned._replace(
+        **{
+            name: {part: values[..., ::-1] for part, values in getattr(turned, name).items()}
+            for name in ("parts", "bend", "slack")
+        }
+    )
+    other = ceiling(mirrored, alone, h[::-1], top[::-1], high, rest[::-1])
+    np.testing.assert_allclose(other.x[::-1], found.x, rtol=1e-9)
+    np.testing.assert_allclose(other.time[::-1], found.time, rtol=1e-9)
 
 
 def test_the_least_time_below_two_curves():
     """One rises from the start, one to the end backwards: that of the slower one."""
-    h, x0, x1 = 0.5, 0.1, 0.2
-    ahead = x0, 1.0, 1.4, x0 + h * 2.4
-    behind = x1, 1.2, 0.9, x1 + h * 2.1
+    h, curves = 0.5, ((0.1, 1.0, 1.4), (0.2, 1.2, 0.9))
     s = np.linspace(0, h, 200_001)
     times = []
-    for x, u0, u1, _ in (ahead, behind):
+    for x, u0, u1 in curves:
         times.append(np.trapezoid(1 / np.sqrt(x + 2 * u0 * s + (u1 - u0) / h * s**2), s))
-    free = np.full((4, 1), np.inf)
-    ahead, behind = np.array([ahead]).T, np.array([behind]).T
+    start, u0, u1 = np.array(curves).T[..., None]
     h = np.array([h])
-    assert _least_time(ahead, behind, h) == pytest.approx(max(times), rel=1e-6)
-    assert _least_time(ahead, free, h) == pytest.approx(times[0], rel=1e-6)
-    assert _least_time(free, free, h) == 0.0
+    end = start + h * (u0 + u1)
+    assert _least_time(start, u0, u1, end, h) == pytest.approx(max(times), rel=1e-6)
+    free = np.array([[1.0], [np.nan]])
+    assert _least_time(start, u0 * free, u1 * free, end * free, h) == pytest.approx(
+        times[0], rel=1e-6
+    )
+    assert _least_time(start, *np.full((3, 2, 1), np.nan), h) == 0.0
 
 
 def test_the_least_time_of_cruising():
@@ -427,7 +433,7 @@ def polygons_of(rng, n):
     table[:, 1] = np.stack([np.ones(n), rng.uniform(-1.0, -0.8, n), rng.uniform(-1, -0.2, n)], 1)
     table[:, 2] = np.stack([np.ones(n), np.zeros(n), rng.uniform(-4, -1, n)], 1)
     table[:, 3] = [-1.0, 0.0, 0.0]
-    return Polygons(table / np.abs(table[..., :2]).sum(axis=-1, keepdims=True), np.zeros((n, 3)))
+    return table / np.abs(table[..., :2]).sum(axis=-1, keepdims=True)
 
 
 def test_no_motion_within_polygons_is_faster():
@@ -438,14 +444,14 @@ def test_no_motion_within_polygons_is_faster():
     for _ in range(5):
         found = polygons_of(rng, n)
         top = rng.uniform(1.0, 3.0, n + 1)
-        x, stuck = profile(found, SimpleNamespace(x=top), rest)
+        x, stuck = profile(found, top, rest)
         chain = np.zeros((n, 4, n + 1))
         at = np.arange(n)
-        chain[at, :, at], chain[at, :, at + 1] = found.table[..., 0], found.table[..., 1]
+        chain[at, :, at], chain[at, :, at + 1] = found[..., 0], found[..., 1]
         bounds = [(0.0, 0.0 if still else each) for each, still in zip(top, rest)]
         rows = chain.reshape(-1, n + 1)
-        most = linprog(-np.ones(n + 1), rows, -found.table[..., 2].ravel(), bounds=bounds).x
-        assert not stuck and (rows @ x + found.table[..., 2].ravel() <= 1e-9).all()
+        most = linprog(-np.ones(n + 1), rows, -found[..., 2].ravel(), bounds=bounds).x
+        assert not stuck and (rows @ x + found[..., 2].ravel() <= 1e-9).all()
         np.testing.assert_allclose(x, most, atol=1e-6)
 
 
@@ -459,15 +465,15 @@ def test_where_a_motion_may_not_be_too_slow():
         found = polygons_of(rng, n)
         slow = rng.random(n) < 0.5
         least = np.stack([-np.ones(n), -rng.uniform(0.5, 2, n), rng.uniform(0.1, 1.0, n)], axis=1)
-        found.table[slow, 3] = (least / np.abs(least[:, :2]).sum(axis=1, keepdims=True))[slow]
+        found[slow, 3] = (least / np.abs(least[:, :2]).sum(axis=1, keepdims=True))[slow]
         top = rng.uniform(0.5, 2.0, n + 1)
-        x, stuck = profile(found, SimpleNamespace(x=top), rest)
+        x, stuck = profile(found, top, rest)
         chain = np.zeros((n, 4, n + 1))
         at = np.arange(n)
-        chain[at, :, at], chain[at, :, at + 1] = found.table[..., 0], found.table[..., 1]
+        chain[at, :, at], chain[at, :, at + 1] = found[..., 0], found[..., 1]
         bounds = [(0.0, 0.0 if still else each) for each, still in zip(top, rest)]
         rows = chain.reshape(-1, n + 1)
-        most = linprog(-np.ones(n + 1), rows, -found.table[..., 2].ravel(), bounds=bounds)
+        most = linprog(-np.ones(n + 1), rows, -found[..., 2].ravel(), bounds=bounds)
         assert (most.status == 0) == (not stuck)
         if not stuck:
             feasible += 1
@@ -480,9 +486,9 @@ def test_a_part_in_which_a_polygon_is_empty_is_told_by_a_node():
     found = polygons_of(rng, 30)
     rest = np.isin(np.arange(31), [0, 12, 20, 30])
     top = np.full(31, 2.0)
-    whole, _ = profile(found, SimpleNamespace(x=top), rest)
-    found.table[15, 3] = [-1.0, 0.0, 1.9]  # it may not be slower than that
-    x, stuck = profile(found, SimpleNamespace(x=top), rest)
+    whole, _ = profile(found, top, rest)
+    found[15, 3] = [-1.0, 0.0, 1.9]  # it may not be slower than that
+    x, stuck = profile(found, top, rest)
     assert len(stuck) == 1 and 12 <= stuck[0] <= 20
     assert (x[:13] == whole[:13]).all() and (x[20:] == whole[20:]).all() and not x[12:21].any()
 
@@ -518,13 +524,13 @@ def test_a_motion_in_a_given_time_has_the_least_share_of_the_limits(least, monke
 
     def limited(mesh, limits, hints):
         seen.append(limits.speed)
-        np.testing.assert_allclose(hints, [np.zeros(4), np.full(4, 3 * limits.speed)])
+        np.testing.assert_allclose(hints[:2], [np.zeros(4), np.full(4, 3 * limits.speed)])
         return solved(limits.speed) if limits.speed > least else None
 
     mesh = SimpleNamespace(stretches=SimpleNamespace(length=length), found={})
     limits = SimpleNamespace(times=lambda share: SimpleNamespace(speed=share))
     monkeypatch.setattr(slower, "_solved", limited)
-    hints = np.zeros(4), np.full(4, 3.0)
+    hints = np.zeros(4), np.full(4, 3.0), np.full(4, 0.1)
     monkeypatch.setattr(slower, "hints_of", lambda mesh, known: hints)
     wanted = 2.5 * solved(1.0).time.sum()
     found = slower.slowed(mesh, limits, solved(1.0), wanted)

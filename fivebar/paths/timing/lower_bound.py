@@ -7,11 +7,11 @@ sqrt(X) + c) / a < X_s. So X bounds it, whatever else limits it; where a < 0 the
 backwards from the stretch's end. Here each row is u <= beta x + gamma for all x >= 0 that a motion
 may have, with beta and gamma linear in t, from 0 to 1 along the stretch. X is a parabola with
 X_s / 2 = u0 + (u1 - u0) t that has X_s / 2 >= beta X + gamma: the Bernstein coefficients of this
-polynomial of degree 3 are linear in u0, u1 and X at the start. Where two rows leave no u at all, x
-is bounded at once (the maximum velocity curve). With friction or motors' lines they may leave u
-again for a larger x. A motion whose x is bounded within such a gap is below the gap. So every
-motion has sqrt(x) below the square root of the least of these curves, and its time is at least the
-integral of one over it.
+polynomial of degree 3 are linear in u0, u1 and X at the start. So each row bounds x at the far end
+by a line of x at the near end: each stretch allows a polygon of both, which no motion leaves. Where
+two rows leave no u at all, x is bounded at once (the maximum velocity curve). `profile` finds the
+largest x at the nodes. A motion has sqrt(x) below the square root of the least of the parabolas
+from there, and its time is at least the integral of one over it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ from typing import NamedTuple
 import numpy as np
 
 from .constraint_rows import PARTS, ConstraintRows
+from .reachability import profile
 
 # Of the limits, by which they are widened here and narrowed where a motion is made: rounding.
 MARGIN = 1e-9
 # Bernstein coefficients of t (1 - t).
 BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)
-STEPS = 30
-CLOSE = 1e-6  # of x
+FASTEST = 9e16  # m^2/s^2: no motion is faster than light
+STEPS = 4  # in which bounds follow from the last x where sqrt(x) is in them; else 2 do
 
 
 class Ceiling(NamedTuple):
@@ -45,73 +46,32 @@ class Ceiling(NamedTuple):
     stuck: int | None
 
 
-def caps(rows: ConstraintRows, alone: ConstraintRows) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest x with a feasible u, and the gaps below it.
-
-    The first is (2, n), of both ends of stretches, < 0 where no x is feasible. The second is (2, m,
-    n + 1), of the nodes: between low and high no u is feasible, 0 < low; a node's gaps fall, and
-    the missing ones are nan.
-    """
+def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
+    """Return the largest x (2, n) with a feasible u at both ends of stretches, < 0 for none."""
     result = []
-    gaps: list[tuple] = [(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0))]
     # The rows of the tip's acceleration, by themselves, leave a u up to the row of x alone.
     first = np.flatnonzero(~rows.tip)
-    with np.errstate(all="ignore"):
-        for end, at in enumerate((0, 2)):
-            a, b, v, c = (rows.parts[name][at] for name in PARTS)
-            da, db, dv, dc = (
-                rows.slack[name] + 1e-13 * np.abs(value) for name, value in zip(PARTS, (a, b, v, c))
-            )
-            dc = dc + MARGIN * 4
-            best = np.full(a.shape[1], np.inf)
-            for k in first:
-                # Two rows of unlike a: P x + V sqrt(x) <= Q, whatever u.
-                P = _without_u(a, da, b, db, k)
-                V = _without_u(a, da, v, dv, k)
-                Q = -_without_u(a, da, c, dc, k)
-                discriminant = V * V + 4 * P * Q
-                square_root = np.sqrt(np.maximum(discriminant, 0.0))
-                root = (square_root - V) / (2 * P)
-                convex = P > 0
-                negative = Q < 0
-                none = convex & negative & ((V >= 0) | (discriminant < 0))
-                none |= (P == 0) & (V >= 0) & negative
-                bound = np.where(convex, root * root, np.inf)
-                bound = np.where(none, -1.0, bound)
-                opposed = a[k] * a < 0
-                if V.any():
-                    gap = opposed & (P < 0) & (V > 0) & (Q > 0) & (discriminant > 0)
-                    low = (2 * Q / (V + square_root)) ** 2 * (1 + MARGIN)
-                    high = ((V + square_root) / (2 * P)) ** 2 * (1 - MARGIN)
-                    gap &= low < high
-                    gaps.append((np.nonzero(gap)[1] + end, low[gap], high[gap]))
-                bound = np.where(opposed, bound, np.inf)
-                best = np.minimum(best, bound.min(axis=0))
-            if alone.parts["b"].shape[1]:
-                w = alone.parts["b"][at]
-                limit = MARGIN - alone.parts["c"][at]
-                bound = np.where(w > 0, limit / w, np.inf)
-                best = np.minimum(best, bound.min(axis=0))
-            result.append(best * (1 + MARGIN))
-    return np.array(result), _gap_table(gaps, a.shape[1] + 1)
-
-
-def _gap_table(gaps, count):
-    """Return the table (2, m, count) of pieces (nodes, low, high), of each node highest first."""
-    node, low, high = (np.concatenate(column) for column in zip(*gaps))
-    order = np.lexsort((-low, node))
-    node = node[order]
-    rank = np.arange(len(node)) - np.searchsorted(node, node)
-    table = np.full((2, max(rank, default=-1) + 1, count), np.nan)
-    table[:, rank, node] = low[order], high[order]
-    return table
-
-
-def _below_gaps(x, gaps):
-    """Return the largest x (m,) of a motion that is not above x, where these gaps are."""
-    for low, high in zip(*gaps):
-        x = np.where((low < x) & (x < high), low, x)
-    return x
+    for at in (0, 2):
+        a, *others = (rows.parts[name][at] for name in PARTS)
+        da, *slack = (rows.slack[name] + 1e-13 * np.abs(rows.parts[name][at]) for name in PARTS)
+        slack[-1] = slack[-1] + MARGIN * 4
+        best = np.full(a.shape[1], np.inf)
+        for k in first:
+            # Of two rows with unlike a, P x + V sqrt(x) + Q <= 0, whatever u.
+            P, V, Q = (_without_u(a, da, f, df, k) for f, df in zip(others, slack))
+            discriminant = V * V - 4 * P * Q
+            with np.errstate(all="ignore"):
+                root = (np.sqrt(np.maximum(discriminant, 0.0)) - V) / (2 * P)
+            bound = np.where(P > 0, root * root, np.inf)
+            none = (P >= 0) & (Q > 0) & ((V >= 0) | (discriminant < 0))
+            bound = np.where(none, -1.0, bound)
+            best = np.minimum(best, np.where(a[k] * a < 0, bound, np.inf).min(axis=0))
+        limit = MARGIN - alone.parts["c"][at]
+        with np.errstate(divide="ignore"):
+            speeds = limit / alone.parts["b"][at]
+        bound = np.where(speeds > 0, speeds, np.inf).min(axis=0, initial=np.inf)
+        result.append(np.minimum(best, bound) * (1 + MARGIN))
+    return np.array(result)
 
 
 def _without_u(a, da, f, df, k):
@@ -127,53 +87,59 @@ def ceiling(
     alone: ConstraintRows,
     length: np.ndarray,
     top: np.ndarray,
-    gaps: np.ndarray,
+    high: np.ndarray,
+    rest: np.ndarray,
 ) -> Ceiling:
     """Return the Ceiling of n stretches of these lengths, m.
 
-    At the nodes x <= top (n + 1,), and x is in none of their gaps. Each step takes on each stretch
-    the row that ends lowest from the last x, forwards and backwards. Every choice is a bound, so
-    that only the stretches on which the last step changed x take new ones.
+    At the nodes x <= top (n + 1,), and it is 0 at rest (n + 1,). Nowhere on a stretch is it above
+    high (n,).
     """
-    n = len(length)
-    turned = rows.turned(np.ones(n, dtype=bool))
-    part = np.cumsum(top[:-1] == 0)  # from rest to rest: x of one does not depend on another's
-    high = np.full(n, np.inf)
-    ahead, behind = np.empty((2, 4, n))
-    ahead_lines, behind_lines = np.empty((2, 2, n))
-    x = top.copy()
-    at = np.arange(n)
-    for step in range(STEPS):
-        before, high_before = x.copy(), high.copy()
-        h = length[at]
-        if step == 0 or rows.parts["v"].any():
-            whole = own = [_parabolas(each.taken(at), h, high[at]) for each in (rows, turned)]
-        else:
-            own = [each[..., at] for each in whole]
-        forward, backward = own
-        chain = np.flatnonzero(np.isin(part, part[at]))
-        nodes = np.append(chain, chain[-1] + 1)
-        ahead[:, at], ahead_lines[:, at] = _lowest(forward, x[at], h)
-        x[nodes] = _recurrence(x[nodes], *ahead_lines[:, chain])
-        behind[:, at], behind_lines[:, at] = _lowest(backward, x[at + 1], h)
-        x[nodes] = _recurrence(x[nodes][::-1], *behind_lines[:, chain[::-1]])[::-1]
-        x = _below_gaps(x, gaps)
-        for start, u0, _, end in (ahead[:, at], behind[:, at]):
-            high[at] = np.fmin(high[at], np.maximum(np.maximum(start, start + h * u0), end))
-        moved = ~np.isclose(x, before, rtol=CLOSE, atol=0.0)
-        moved = moved[:-1] | moved[1:] | ~np.isclose(high, high_before, rtol=CLOSE, atol=0.0)
-        if not moved.any():
+    # A row with a < 0 bounds the motion that is run backwards.
+    back = rows.parts["a"][1] < 0
+    rows = rows.turned(back)
+    x = np.minimum(top, FASTEST)
+    for _ in range(STEPS if rows.parts["v"].any() else 2):
+        parabolas = _parabolas(rows, length, high)
+        x, stuck = profile(_polygons(parabolas, length, back, x), x, rest)
+        start = np.where(back, x[1:], x[:-1])
+        u0, u1, end = _curves(parabolas, start, length)
+        most = np.maximum(np.maximum(start, start + length * u0), end)
+        high = np.fmin(high, np.fmin.reduce(most))
+        if stuck:
             break
-        at = np.flatnonzero(moved)
-    stuck = np.append(np.flatnonzero(ahead[3] < 0) + 1, np.flatnonzero(behind[3] < 0))
-    if len(stuck):
-        return Ceiling(x, 0 * length, high, 0 * length, int(stuck[0]))
-    slopes = np.abs([*ahead[1:3], *behind[1:3]])
-    size = np.where(np.isfinite(slopes), slopes, -np.inf).max(axis=0)
-    time = _least_time(ahead, behind, length)
+    steep = np.maximum(np.abs(u0), np.abs(u1))
+    steep = np.where(np.isnan(steep), np.inf, steep)
+    sizes = [np.where(each, steep, np.inf).min(axis=0) for each in (back, ~back)]
+    size = np.where(np.isinf(sizes), -np.inf, sizes).max(axis=0)
+    time = _least_time(start, u0, u1, end, length)
     if alone.parts["b"].shape[1]:
         time = np.maximum(time, _cruise(alone, length))
-    return Ceiling(x, time, high, np.where(size < 0, np.inf, size), None)
+    return Ceiling(x, time, high, np.where(size < 0, np.inf, size), (*stuck, None)[0])
+
+
+def _polygons(parabolas, length, back, top):
+    """Return the polygons (n, rows, 3) of `profile` from the rows' parabolas, and 0 <= x <= top.
+
+    The end of a parabola is a convex function of where it starts, so up to top no motion is above
+    the chord. back (rows, n): the stretch is run backwards.
+    """
+    near = np.where(back, top[1:], top[:-1])
+    lowest, highest = (_curves(parabolas, start, length)[2] for start in (0.0, near))
+    slope = np.maximum((highest - lowest) / np.maximum(near, 1e-300), 0.0)
+    lines = np.stack([-slope, np.ones_like(slope), -lowest]) / (1 + slope)
+    lines = np.where(np.isfinite(lines).all(axis=0), lines, 0.0)
+    lines = np.where(back, lines[[1, 0, 2]], lines)
+    one = np.ones(len(length))
+    ends = [[one, 0 * one, -top[:-1]], [-one, 0 * one, 0 * one]]
+    return np.concatenate([lines.transpose(2, 1, 0), np.transpose(ends, (2, 0, 1))], axis=1)
+
+
+def _curves(parabolas, start, length):
+    """Return (u0, u1, x at the end) of the parabolas (rows, n) from x = start."""
+    u0, *ends = parabolas[0] * start + parabolas[1]
+    u1 = np.max(ends, axis=0)
+    return u0, u1, start + length * (u0 + u1)
 
 
 def _parabolas(rows, h, high):
@@ -236,38 +202,6 @@ def _quotient(rows, name, of_v, most):
     return np.stack([first, last]) + short / np.where(counts, least, np.nan)
 
 
-def _lowest(parabolas, x0, h):
-    """Return (x0, u0, u1, x1) (4, n) of the rows' parabola that ends lowest from x0 (n,), inf where
-    none bounds, and (slope, offset) of a line through x1 that is above its end from any lower x0.
-    """
-    start = np.where(np.isfinite(x0), x0, 0.0)
-    with np.errstate(all="ignore"):
-        values = parabolas[0] * start + parabolas[1]
-        u1 = values[1:].max(axis=0)
-        end = start + h * (values[0] + u1)
-        k = np.where(np.isnan(end), np.inf, end).argmin(axis=0)
-        columns = np.arange(len(k))
-        end = end[k, columns]
-        slopes, offsets = parabolas[:, :, k, columns]
-        offset = h * (offsets[0] + offsets[1:].max(axis=0))
-        steepest = 1 + h * (slopes[0] + slopes[1:].max(axis=0))
-        slope = np.where(start > 0, (end - offset) / start, steepest)
-        curve = np.stack([x0, values[0, k, columns], u1[k, columns], end])
-    free = np.isnan(end) | np.isinf(x0)
-    return np.where(free, np.inf, curve), np.where(
-        np.isnan(end), [[0.0], [np.inf]], [slope, offset]
-    )
-
-
-def _recurrence(top, slope, offset):
-    """Return x (n + 1,) at the ends of these lines (n,), from one to the next, from 0 to top."""
-    x = [float(top[0])]
-    for most, steep, value in zip(top[1:].tolist(), slope.tolist(), offset.tolist()):
-        end = steep * x[-1] + value if x[-1] < np.inf else np.inf
-        x.append(max(min(most, end), 0.0))
-    return np.array(x)
-
-
 def duration(h: np.ndarray, x0: np.ndarray, x1: np.ndarray, bent: np.ndarray) -> np.ndarray:
     """Return the times, s, over stretches h on which x goes from x0 to x1 with x_ss = 2 bent; inf
     where it comes to rest within.
@@ -281,15 +215,12 @@ def duration(h: np.ndarray, x0: np.ndarray, x1: np.ndarray, bent: np.ndarray) ->
     return np.where(np.isnan(time), np.inf, time)
 
 
-def _least_time(ahead, behind, h):
-    """Return the least times (n,) below either curve, from the start on or back from the end."""
-    best = np.zeros(len(h))
-    for start, u0, u1, end in (ahead, behind):
-        with np.errstate(all="ignore"):
-            least = np.minimum(np.minimum(start + h * u0, start), end)
-            time = duration(h, start, end, (u1 - u0) / h)
-        best = np.where((least >= 0) & (end < np.inf), np.maximum(best, time), best)
-    return best * (1 - 1e-12)
+def _least_time(start, u0, u1, end, h):
+    """Return the least times (n,) below any curve from x = start (rows, n) on, or back from it."""
+    with np.errstate(all="ignore"):
+        least = np.minimum(np.minimum(start + h * u0, start), end)
+        time = duration(h, start, end, (u1 - u0) / h)
+    return np.where(least >= 0, time, 0.0).max(axis=0, initial=0.0) * (1 - 1e-12)
 
 
 def _cruise(alone, length):

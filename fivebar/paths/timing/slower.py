@@ -33,11 +33,11 @@ def slowed(mesh: Mesh, limits: Limits, known: Solved, wanted: float) -> Solved:
     low = 0.0
     high = 1.0
     guess = (fast.time.sum() / wanted) ** 2
-    along, bent = hints_of(mesh, known)
+    along, bent, above = hints_of(mesh, known)
     for _ in progress(range(STEPS), desc="given time", unit=" motions", delay=2, leave=False):
         share = math.sqrt(low * high) if low else guess
         # x is about so much smaller, and so is how it is bent.
-        found = _solved(mesh, limits.times(share), np.stack([along, share * bent]))
+        found = _solved(mesh, limits.times(share), np.stack([along, share * bent, above]))
         if found is not None and found.time.sum() <= wanted:
             high = share
             fast = found

@@ -9,10 +9,10 @@ import numpy as np
 
 from ...base.progress import progress
 from .constraint_rows import DIRECTIONS, NEAR, Limits, rows_of
-from .feasible_motion import profile
 from .lower_bound import MARGIN, Ceiling, caps, ceiling, duration
 from .mesh import joined
 from .polygons import polygons
+from .reachability import profile
 from .refusals import held
 
 if TYPE_CHECKING:
@@ -169,10 +169,10 @@ def _across_layers(mesh):
 
 
 def hints_of(mesh: Mesh, found: Solved) -> np.ndarray:
-    """Return the hints (2, n) of `solve` from a motion on the mesh."""
+    """Return the hints (3, n) of `solve` from a motion on the mesh."""
     # Where no motion was found, none tells how it is bent.
     bent = np.where(np.isfinite(found.time), _bent(found.x, mesh.stretches.length), 0.0)
-    return np.stack([_along(mesh, found), bent])
+    return np.stack([_along(mesh, found), bent, found.above.high])
 
 
 def _parts(mesh, found, gap):
@@ -189,22 +189,22 @@ def _parts(mesh, found, gap):
 def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
     """Return the ceiling and a motion on this mesh.
 
-    hints (2, n): directions of the end-effector's acceleration, rad from the path's, near which its
-    limit is looked at closely, and x_ss / 2, both from a coarser mesh.
+    hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its
+    limit is looked at closely, x_ss / 2, and what x is not above, from a coarser mesh.
     """
-    along = None if hints is None else hints[0]
+    none = np.zeros(len(mesh))
+    along, bent, high = (None, none, none + np.inf) if hints is None else hints
     length = mesh.stretches.length
     about = mesh.side, mesh.turns, _directions(len(mesh), along)
     speed = np.minimum(mesh.speed, limits.speed or np.inf)
     rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
-    ends, gaps = caps(rows, alone)
+    ends = caps(rows, alone)
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
         raise _no_motion(mesh, limits, int(np.argmin(top)), True)
     rest = mesh.rest
-    none = np.zeros(len(mesh))
-    above = ceiling(rows, alone, length, np.where(rest, 0.0, top), gaps)
+    above = ceiling(rows, alone, length, top, high, rest)
     if above.stuck is not None:
         raise _no_motion(mesh, limits, above.stuck, True)
     # The bounds take as long as two looks.
@@ -214,20 +214,19 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
     part = np.cumsum(rest[:-1]) - 1  # from rest to rest
-    bent = none if hints is None else hints[1]
     near = above.x
     found = best
     closed: list[int] = []
     if mesh.tied.any():
         # x on Type 2, where the criterion takes sqrt(x).
         table = polygons(rows, alone, length, above, bent, near, none, mesh)
-        x, closed = profile(table, above, rest)
+        x, closed = profile(table.table, above.x, rest)
         near = np.where(x > 0, x, near)
         found = found._replace(looks=found.looks + len(mesh))
     for off in _lowered(mesh, part) if mesh.tied.any() else (none,):
         lowered = near * (1 - np.append(off, 0.0))
         table = polygons(rows, alone, length, above, bent, lowered, off, mesh)
-        x, stuck = profile(table, above, rest)
+        x, stuck = profile(table.table, above.x, rest)
         own = table.curvature(x)
         time = duration(length, x[:-1], x[1:], own)
         never = np.isinf(np.bincount(part, time))[part]
