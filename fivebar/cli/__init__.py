@@ -12,8 +12,10 @@ import os
 import re
 import signal
 import sys
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
 
 from ..base.errors import UsageError
@@ -52,6 +54,7 @@ ERRNO = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python word
 # At the start of an error, perhaps after its class: the argument that it is about.
 ARGUMENT = re.compile(r"(?:[\w ]+: (?=\w+ must ))?(\w+)(?= must | is no option |: |\[)")
 KEYWORD = re.compile(r"\b(\w+)=(?:\.\.\.|radius)")  # in an error: what is to be given
+COLUMNS = re.compile(r"say which they are, by columns= or --columns .*")
 INTERRUPTED = 128 + signal.SIGINT  # as a shell names the end by Ctrl-C
 NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?( *[a-zµ°].*)?$", re.IGNORECASE)
 
@@ -91,15 +94,28 @@ def _run(words):
         return 2
     arguments = parser.parse_args(words)
     try:
-        arguments.run(arguments)
+        with warnings.catch_warnings():
+            warnings.simplefilter("default", UserWarning)
+            warnings.showwarning = partial(_show_warning, warnings.showwarning)
+            arguments.run(arguments)
     except (TypeError, ValueError, UsageError) as error:
         raise _by_option(error, arguments) from None
     return 0
 
 
+def _show_warning(usual, message, category, *where):
+    """Write what the program warns of as a plain line; Python's own warnings as usual."""
+    if category is UserWarning:
+        print(f"fivebar: {message}", file=sys.stderr)
+    else:
+        usual(message, category, *where)
+
+
 def _by_option(error, arguments):
     """Return the error of a used option where it names an argument of Python; else the error."""
     text = KEYWORD.sub(r"--\1", str(error))
+    if "--columns" not in arguments.parser.format_usage():
+        text = COLUMNS.sub("write these names into its header", text)
     if found := ARGUMENT.match(text):
         option = "--" + found[1].replace("_", "-")
         is_used = vars(arguments).get(found[1]) not in (None, [])

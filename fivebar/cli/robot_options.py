@@ -4,10 +4,11 @@ from argparse import SUPPRESS
 from dataclasses import fields, replace
 from warnings import catch_warnings, simplefilter
 
+from ..base.errors import UsageError
 from ..base.robot_uses import uses
 from ..models.named_robots import ROBOTS
 from ..models.parameter_units import parameter_in_si
-from ..models.parameters import refuse_unknown
+from ..models.parameters import refuse_unknown, with_values
 from ..models.robot_files import read_robot
 from ..models.robots import KINDS
 from .options import add_options, print_notes, print_table, usage_errors, used_options
@@ -94,6 +95,14 @@ def machine_for(arguments, machine, file, path):
     return found
 
 
+def refuse_angles(arguments, machine, counts_per_turn=None):
+    """Raise UsageError where setpoints of this machine cannot have the unit of --angles."""
+    try:
+        machine.scale(arguments.angles, counts_per_turn)
+    except ValueError as error:
+        raise UsageError(f"leave out --angles {arguments.angles}: {error}") from None
+
+
 def chosen_limits(arguments):
     """Return {constraint: value} of the options of LIMITS that were used."""
     return {LIMITS[option]: value for option, value in used_options(arguments, *LIMITS).items()}
@@ -120,7 +129,7 @@ def chosen_machine(arguments, user=""):
                 values[name] = parameter_in_si(values[name], name, robot.turns)
         with catch_warnings():
             simplefilter("ignore")  # of unusual lengths, whose unit was written
-            machine = replace(machine, robot=replace(robot, **values))
+            machine = replace(machine, robot=with_values(robot, values))
         user = user or arguments.command
         built, note = machine.used_by(user)
     frame = getattr(arguments, "frame", None)

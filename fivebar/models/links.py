@@ -13,11 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ..base.checks import inertia, number, positive, shown
+from ..base.checks import inertia, number, positive, shown, size
 
+T = TypeVar("T")
 NAMES = "11", "12", "21", "22"
 UNLIKE = 1e4  # times, that one motor's inertia is not of the other's
 ROUNDING = 1e-12  # of an inertia, by which a point mass may be less than itself
@@ -101,14 +103,26 @@ class Link:
         return self.mass, self.mass * x, self.mass * self.y, own
 
 
-def grouped(
-    lengths: dict[str, float], links: Mapping, payload: float, rotor: Sequence
-) -> dict[str, float]:
-    """Return base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths
-    {"l11": m, ...}.
-    """
+def links_by_name(links: object) -> dict[str, Link]:
+    """Return all four links of {"11": Link or mass, ...}; a bar that is not named has no mass."""
     if not isinstance(links, Mapping) or not set(links) <= set(NAMES):
         raise ValueError(f'links must be a table of "11", "12", "21" and "22", not {shown(links)}')
+    return {name: _link(links, name) for name in NAMES}
+
+
+def knowing_links(robot: T, links: Mapping[str, Link]) -> T:
+    """Return this robot, just made, which from then on knows that its inertias are of these."""
+    object.__setattr__(robot, "links", links)
+    return robot
+
+
+def grouped(
+    lengths: Mapping[str, Any],
+    links: Mapping[str, Link],
+    payload: float = 0.0,
+    rotor: Sequence = (0.0, 0.0),
+) -> dict[str, float]:
+    """Return base parameters {name: value} of these links at lengths {"l11": m, ...}."""
     rotor = rotor.tolist() if isinstance(rotor, np.ndarray) else rotor
     if not isinstance(rotor, (tuple, list)) or len(rotor) != 2:
         raise ValueError(
@@ -124,10 +138,9 @@ def grouped(
         )
     found = {"m": inertia(payload, "payload")}
     for leg, motor in zip("12", rotor):
-        l1 = lengths[f"l{leg}1"]
-        l2 = lengths[f"l{leg}2"]
-        _, mx1, my1, zz1 = _link(links, f"{leg}1").of_length(l1)
-        mass, mx2, my2, zz2 = _link(links, f"{leg}2").of_length(l2)
+        l1, l2 = (size(lengths[name], name) for name in (f"l{leg}1", f"l{leg}2"))
+        _, mx1, my1, zz1 = links[f"{leg}1"].of_length(l1)
+        mass, mx2, my2, zz2 = links[f"{leg}2"].of_length(l2)
         at_end = mx2 / l2
         at_elbow = mass - at_end
         found["m"] += at_end

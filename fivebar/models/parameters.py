@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import fields
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, replace
 from inspect import signature
 from typing import Any
 
 from ..base.checks import shown
-from .links import Link
+from .links import Link, grouped, knowing_links
 from .robots import KINDS, Biglide, FiveBar, Robot
 
 GRAVITY = "gravity_x", "gravity_y"
@@ -58,6 +58,18 @@ def with_parameters(kind: type, p: Any, names: Iterable[str] = ()) -> FiveBar | 
     if GRAVITY[0] in given:
         given["gravity"] = tuple(given.pop(name) for name in GRAVITY)
     return kind(**given)
+
+
+def with_values(robot: FiveBar | Biglide, values: Mapping[str, Any]) -> FiveBar | Biglide:
+    """Return the robot with other values of parameters {name: value}; links that it knows are
+    grouped anew at its new lengths.
+    """
+    changed = replace(robot, **values)
+    if not robot.links:
+        return changed
+    before, after = (grouped(each.parameters, robot.links) for each in (robot, changed))
+    own = {name: getattr(robot, name) + after[name] - before[name] for name in after}
+    return knowing_links(replace(changed, **(own | dict(values))), robot.links)
 
 
 def _own(kind):

@@ -10,9 +10,9 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from ..base.backend import EPS, is_symbolic, wrap
-from ..base.checks import not_negative, size, two_numbers
+from ..base.checks import not_negative, two_numbers
 from .dyads import Crank, Slider
-from .links import Link, grouped
+from .links import Link, grouped, knowing_links, links_by_name
 from .physics import Physics
 from .values import Named, check_values
 
@@ -217,6 +217,8 @@ class FiveBar(Named):
     ) -> FiveBar:
         """Return a robot of bars as they are built, in base parameters (`links.grouped`).
 
+        It knows its links: `sweep` and `design` group them anew at other lengths.
+
         Parameters
         ----------
         l11, l12, l21, l22, d : float
@@ -241,16 +243,15 @@ class FiveBar(Named):
             A mass or an inertia that no body can have, by its name.
         """
         lengths = dict(l11=l11, l12=l12, l21=l21, l22=l22)
-        found = grouped(
-            {name: size(value, name) for name, value in lengths.items()}, links, payload, rotor
-        )
+        links = links_by_name(links)
+        found = grouped(lengths, links, payload, rotor)
         friction = {"viscous": (viscous, "fv1", "fv2"), "coulomb": (coulomb, "fs1", "fs2")}
         friction["elbows"] = elbows, "fv12", "fv22"
         for name, (given, left, right) in friction.items():
             found[left], found[right] = (
                 not_negative(each, name) for each in two_numbers(given, name)
             )
-        return cls(**lengths, d=d, **found, gravity=gravity)
+        return knowing_links(cls(**lengths, d=d, **found, gravity=gravity), links)
 
     def __post_init__(self):
         check_values(self)

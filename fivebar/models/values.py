@@ -23,6 +23,7 @@ from .physics import named
 
 if TYPE_CHECKING:
     from ..base.tables import TextFile
+    from .links import Link
 
 MAY_BE_NEGATIVE = (
     "zz1",
@@ -103,6 +104,7 @@ class Named:
     """
 
     lab = 0
+    links: Mapping[str, Link] = {}  # whose inertias the robot has; {}: not known
     __dataclass_fields__: ClassVar[dict]
 
     def __repr__(self):

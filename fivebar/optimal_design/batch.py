@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields, replace
+from dataclasses import fields
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from ..base.checks import number, shown
+from ..models.parameters import with_values
 from ..models.robots import Biglide, FiveBar
 from ..models.values import ask_about_units
 
@@ -86,6 +87,12 @@ def check_variables(
         ask_about_units(dict(zip(names, row)))
 
 
+def varied_parameters(names: Iterable[str], robot: FiveBar | Biglide) -> set[str]:
+    """Return the parameters that designs set by these names, with the place."""
+    known = known_variables(robot)
+    return {parameter for name in names for parameter in known[name]}
+
+
 def parameters(
     names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide
 ) -> dict[str, np.ndarray]:
@@ -104,7 +111,7 @@ def robot_of_design(
     """Return the robot of one design; ValueError where there is none."""
     columns = parameters(names, np.asarray(row, dtype=float)[None], robot)
     changes: dict[str, Any] = {name: float(column[0]) for name, column in columns.items()}
-    return replace(robot, **changes)
+    return with_values(robot, changes)
 
 
 def place_of_design(names: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
@@ -145,8 +152,7 @@ def valid_rows(
 
 def _ordinary(names, rows, robot):
     """Return where only lengths vary, all from 1 mm to 1 km, and the loop closes by a margin."""
-    varied = {parameter for name in names for parameter in known_variables(robot)[name]}
-    if not isinstance(robot, FiveBar) or varied - {*LENGTHS, *PLACE}:
+    if not isinstance(robot, FiveBar) or varied_parameters(names, robot) - {*LENGTHS, *PLACE}:
         return np.zeros(len(rows), dtype=bool)
     robots = robots_of_designs(names, rows, robot)
     lengths = np.concatenate([getattr(robots, name) for name in LENGTHS], axis=1)

@@ -9,14 +9,25 @@ from typing import Any
 import numpy as np
 
 from ..base.checks import shown
+from ..base.errors import warn
 from ..base.progress import progress
 from ..base.shards import code_hash
 from ..models.robots import Biglide, FiveBar
-from .batch import place_of_design, robot_of_design, robots_of_designs, valid_rows
+from .batch import (
+    LENGTHS,
+    PLACE,
+    place_of_design,
+    robot_of_design,
+    robots_of_designs,
+    valid_rows,
+    varied_parameters,
+)
 from .closed_forms import CLOSED
 from .one_by_one import ONE_BY_ONE
 from .over_poses import BLOCK, OVER_POSES, TaskPoses
 from .task import Task
+
+OF_INERTIAS = "worst_torque", "time", "path_time"
 
 
 @dataclass(frozen=True)
@@ -99,6 +110,21 @@ def figures_of(
                     f"{argument}: {figure.name} needs {need}=...{or_disc}: {figure.words}"
                 )
     return tuple(figures)
+
+
+def warn_of_inertias(
+    figures: Sequence[Figure], names: Sequence[str], robot: FiveBar | Biglide
+) -> None:
+    """Warn where lengths of bars vary, figures depend on inertias, and these do not follow."""
+    varied = varied_parameters(names, robot)
+    bars = [name for name in LENGTHS[:4] if name in varied]
+    depend = [figure.name for figure in figures if figure.name in OF_INERTIAS]
+    if bars and depend and not (robot.links or varied - {*LENGTHS, *PLACE}):
+        warn(
+            f"{', '.join(depend)}: the robot's masses and inertias stay as they are whatever"
+            f" {', '.join(bars)} are; those of links, as FiveBar.from_links and [links] in a file"
+            " have them, follow the lengths"
+        )
 
 
 def _figure(request, argument):

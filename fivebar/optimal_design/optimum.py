@@ -17,7 +17,7 @@ from ..models.robots import Biglide, FiveBar
 from .batch import check_variables, robot_of_design, robots_of_designs
 from .designs import limits_of
 from .evolution import dominates, evolve, refine, thinned
-from .figures import figures_of
+from .figures import figures_of, warn_of_inertias
 from .goals import SENSE, goals_of, limits_by_figure
 from .results import AT_LIMIT, Design, Front
 from .sweeping import compute_chunk
@@ -144,6 +144,7 @@ class DesignProblem:
             figures += figures_of(["reach", "det_A"], task, robot)
             self.task_size = float(np.ptp(task.nodes[0], axis=0).max())
         self.figures = tuple({figure.name: figure for figure in figures}.values())
+        warn_of_inertias(self.figures, self.names, robot)
         self.free = self.high > self.low
         self.stepped = np.array([step is not None and name[0] in "lrd" for name in self.names])
         for k in np.flatnonzero(self.stepped):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
+from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
 from typing import Any
@@ -18,7 +19,7 @@ from ..base.workers import check_executor
 from ..models.robots import Biglide, FiveBar
 from .batch import check_variables
 from .designs import designs_of
-from .figures import Figure, evaluate, figures_of
+from .figures import Figure, evaluate, figures_of, warn_of_inertias
 from .results import plain_parameters
 from .sweeps import Sweep
 from .task import Task, task_of
@@ -96,6 +97,7 @@ def sweep(
     figures = figures_of(figure, task, robot)
     designs = designs_of(designs, robot)
     check_variables(designs.names, robot, "designs", *designs.ends)
+    warn_of_inertias(figures, designs.names, robot)
     closed = all(one.kind in ("closed", "poses") for one in figures)
     chunk = chunk or (1000 if closed else 10)
     # A few chunks take less time than starting processes.
@@ -110,6 +112,8 @@ def sweep(
         "choices": task.about,
         "versions": {"fivebar": version("fivebar"), "numpy": np.__version__},
     }
+    if robot.links:
+        about["links"] = {name: asdict(link) for name, link in robot.links.items()}
     compute = partial(compute_chunk, figures, designs.names, robot, task)
     chunks = designs.chunks(chunk)
     return Sweep.compute(compute, chunks, designs.count, about, executor, workers, out)

@@ -9,6 +9,7 @@ import numpy as np
 from ..base.checks import one_of, shown, whole
 from ..base.presentation import Plotted
 from ..base.shards import ChunkedTable
+from ..models.links import Link, knowing_links
 from ..models.robots import Biglide, FiveBar
 from .batch import place_of_design, robot_of_design
 from .figures import FIGURES, Figure
@@ -31,7 +32,9 @@ class Sweep(ChunkedTable, Plotted):
         """What the designs do not name."""
         parameters = dict(self.manifest["robot"])
         parameters.pop("kind", None)
-        return robot_of_plain(parameters)
+        robot = robot_of_plain(parameters)
+        links = {name: Link(**link) for name, link in self.manifest.get("links", {}).items()}
+        return knowing_links(robot, links)
 
     @cached_property
     def known(self) -> dict[str, Figure]:
@@ -81,9 +84,14 @@ class Sweep(ChunkedTable, Plotted):
             values = -values
         return valid[np.argsort(values[valid], kind="stable")[:count]]
 
-    def why_none(self, *figures: str) -> str:
-        """Return in words that no design has one of these figures, and where their task lies."""
-        words = f"{' or '.join(figures)} is finite in none of {self.count} designs"
+    def why_not_finite(self, *figures: str) -> str:
+        """Return in words how many designs have one of these figures, and why others may not; ""
+        where all have one.
+        """
+        having = int(np.isfinite([self[figure] for figure in figures]).any(axis=0).sum())
+        if having == self.count:
+            return ""
+        words = f"{' or '.join(figures)} is finite in {having or 'none'} of {self.count} designs"
         for name, value in self.manifest["choices"].items():
             if name in ("table", "disc"):
                 words += (

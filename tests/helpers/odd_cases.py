@@ -410,7 +410,7 @@ CASES = {
         _swept,
         dict(
             figure=["bars", "tip_speed", "worst_torque"],
-            designs={"l1": [0.1, 0.12]},
+            designs={"l1": [0.1, 0.12], "zz": 0.002},
             executor=None,
             out=None,
             robot=ROBOT,

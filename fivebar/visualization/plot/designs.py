@@ -93,7 +93,7 @@ def draw_sweep(sweep: Sweep, sheet: Sheet, figure: str | None = None, mark: Any 
     columns = {name: sweep[name] for name in sweep.names}
     values = {name: sweep[name] for name in names}
     if not np.isfinite(list(values.values())).any():
-        raise ValueError(f"there is nothing to draw: {sweep.why_none(*names)}")
+        raise ValueError(f"there is nothing to draw: {sweep.why_not_finite(*names)}")
     quantities = {}
     for name, column in values.items():
         unit = sweep.known[name].unit if name in sweep.known else ""
