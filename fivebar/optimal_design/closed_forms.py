@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .batch import Robots
+from .task import Task
+
 
 def _disc(r):
     return np.pi * r * r
@@ -42,8 +45,8 @@ def _bars(robots):
     return (robots.l11 + robots.l12 + robots.l21 + robots.l22)[:, 0]
 
 
-def _workspace_bound(robots, task):
-    """Within the smaller of the two outer discs; of the longest robots."""
+def workspace_bound(robots: Robots, task: Task) -> np.ndarray:
+    """Return the area (n,), m^2, of the smaller of the two outer discs."""
     return _disc(np.minimum(robots.l11 + robots.l12, robots.l21 + robots.l22))[:, 0]
 
 
@@ -60,7 +63,7 @@ CLOSED = (
         "what the end-effector reaches, in any mode",
         _workspace_area,
         (),
-        _workspace_bound,
+        workspace_bound,
     ),
     ("bars", "m", "small", "length of the four bars together", _bars, (), _bars_bound),
 )

@@ -1,9 +1,9 @@
 """Figures of merit over a table or a disc, in closed form in each pose, for many robots at once.
 
-What is worst over the nodes; nan where a robot does not reach all of them, or meets a singularity
-between two: 0 is a figure of a robot that does the task. All follow from the legs' sines s_i and
-the distal bars' sine det A and cosine g: with b_i = l_i1 s_i, J = A^-1 B has columns of lengths
-|b_i / det A| and an angle whose cosine is -+ g.
+What is worst over the nodes; nan where a robot does not reach all of the table or disc, or meets a
+singularity between two nodes: 0 is a figure of a robot that does the task. All follow from the
+legs' sines s_i and the distal bars' sine det A and cosine g: with b_i = l_i1 s_i, J = A^-1 B has
+columns of lengths |b_i / det A| and an angle whose cosine is -+ g.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from ..models.geometry import task_pose
 from .batch import Robots
 from .task import Task
 
+ROUNDING = 1e-15  # m, of a table that is as large as the reach
 BLOCK = 16384  # poses at once: what they take stays in the processor's cache
 
 
@@ -28,6 +29,7 @@ class TaskPoses:
     def __init__(self, robots: Robots, task: Task, place: np.ndarray):
         self.robots = robots
         self.task = task
+        self.place = place
         nodes, self.area, self.polar = task.nodes
         self.point = tuple(
             nodes[:, k] + place[:, k, None] if place[:, k].any() else nodes[None, :, k]
@@ -49,12 +51,24 @@ class TaskPoses:
         return dot(*self.pose.u2)
 
     @cached_property
+    def reach(self):
+        """(n,): how far the whole table or disc is inside the rings of both legs, m."""
+        x, y = self.place.T
+        clearances = []
+        for drive, distal in zip(self.robots.drives, self.robots.distal):
+            near, far = _distances(self.task, x - drive.x[:, 0], y - drive.y)
+            outer = (drive.length + distal)[:, 0]
+            inner = np.abs(drive.length - distal)[:, 0]
+            clearances += [outer - far, near - inner]
+        return np.min(clearances, axis=0)
+
+    @cached_property
     def reaches(self):
-        """(n,): all nodes, without a change of sign of det A between them."""
+        """(n,): all of it, without a change of sign of det A between its nodes."""
         with np.errstate(invalid="ignore"):
             low = self.det_A.min(axis=1)
             high = self.det_A.max(axis=1)  # nan where one is not reached
-            return low * high > 0
+            return (low * high > 0) & (self.reach >= -ROUNDING)
 
     def where_done(self, figure):
         """Return a figure (n,), nan of the robots that do not do the task."""
@@ -86,8 +100,19 @@ class TaskPoses:
         return self.where_done((values * weights).sum(axis=1))
 
 
-def _reach(poses):
-    return np.broadcast_to(poses.pose.reach_margin, poses.det_A.shape).min(axis=1)
+def _distances(task, x, y):
+    """Return the least and the largest distance, (n,) m, of a task from points, where its origin is
+    at (x, y) from them; the least is negative where the point is in it, by how deep.
+    """
+    # A disc is a point with a radius.
+    cx, cy, radius = task.disc or (0.0, 0.0, 0.0)
+    x0, x1, y0, y1 = task.table or (cx, cx, cy, cy)
+    left, right, below, above = x + x0, x + x1, y + y0, y + y1
+    dx = np.maximum(left, -right)
+    dy = np.maximum(below, -above)
+    near = np.hypot(np.maximum(dx, 0), np.maximum(dy, 0)) + np.minimum(np.maximum(dx, dy), 0)
+    far = np.hypot(np.maximum(right, -left), np.maximum(above, -below))
+    return near - radius, far + radius
 
 
 def _det_a(poses):
@@ -183,8 +208,11 @@ OVER_POSES = (
         "reach",
         "m",
         "large",
-        "how far the bars' span is inside its limits, the least over the table; < 0: out of reach",
-        _reach,
+        (
+            "how far the whole table is inside what each leg reaches; < 0: out of reach, or a base"
+            " joint is in it"
+        ),
+        lambda poses: poses.reach,
         ("table",),
     ),
     (
