@@ -14,6 +14,7 @@ from ..base.checks import not_negative, optional, positive
 from ..base.errors import UsageError
 from ..base.representation import working_words
 from ..base.tables import saved
+from ..paths.curve import DEVIATION
 from ..singularities.degenerate import EVERYWHERE
 from .draw_gcode import GCODE, Drawn, dialect_of, machine_of_axes, written_gcode
 from .draw_place import PLACE, may_cross, page_row, placed, says_other_modes
@@ -37,6 +38,7 @@ from .robot_options import (
     machine_for,
     peak_row,
     print_frames,
+    refuse_angles,
 )
 
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
@@ -52,7 +54,7 @@ DRAWING = {
     "[FILE]": "an SVG, G-code (.nc, .gcode, ...) or a CSV of x, y",
     "--example": "the word fivebar, shipped with this package",
     "--units UNIT": "of a file that does not name them: mm, in, px, m",
-    "--deviation M": (2e-5, "within which corners are rounded"),
+    "--deviation M": (DEVIATION, "within which corners are rounded"),
 }
 SPEED = {
     "--motor NAME": "of both joints, by its torque-speed line: a name of `fivebar sweep --list`",
@@ -117,11 +119,14 @@ def _draw(arguments):
     dialect = dialect_of(arguments)
     user = "draw --at" if arguments.at else "draw --as-drawn" if arguments.as_drawn else "draw"
     machine = machine_of_axes(arguments, chosen_machine(arguments, user), dialect)
-    if dialect is not None:
-        dialect.scale(machine)  # a unit that these axes cannot have is refused before the work
     counts = arguments.counts_per_turn
     if arguments.angles == "counts" and counts is None:
         raise UsageError("--angles counts needs --counts-per-turn")
+    # A unit that the axes or drives cannot have is refused before the work.
+    if dialect is not None:
+        dialect.scale(machine)
+    else:
+        refuse_angles(arguments, machine, _counts_of_angles(arguments))
     if arguments.lead is not None and (arguments.pen_time or dialect is not None):
         words = "a pen that needs time rests, and firmware rests for M3 and M5"
         raise UsageError(f"--lead goes without --pen-time and --format gcode: {words}")
@@ -386,12 +391,16 @@ def _proved(arguments, robot, path, working):
     return proof
 
 
+def _counts_of_angles(arguments):
+    return arguments.counts_per_turn if arguments.angles == "counts" else None
+
+
 def _setpoints(arguments, machine, motion):
     """Return {file: what writes it} of the set-points."""
     from ..paths.setpoints import setpoints
 
     table = setpoints(machine.robot, motion, arguments.rate, motion.working)
-    counts = arguments.counts_per_turn if arguments.angles == "counts" else None
+    counts = _counts_of_angles(arguments)
     writers = {"setpoints.csv": lambda path: table.to_csv(path, arguments.angles, machine, counts)}
     if arguments.drive is not None:
         how = machine, arguments.zero_counts, arguments.wrap

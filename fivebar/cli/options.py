@@ -56,8 +56,8 @@ def add_options(
 
     A usage is written as in the help: "--fit" is a flag, "--at X Y" takes two numbers,
     "--space task|joint" one of two words and "--units UNIT ..." any number of values, also
-    when the option is repeated. A value without an option is "NAME", "[FILE]" or "[GOAL ...]".
-    The name of a value tells its type.
+    when the option is repeated; of "--disc M +" the last ones count. A value without an option
+    is "NAME", "[FILE]" or "[GOAL ...]". The name of a value tells its type.
     """
     target = parser if title is None else parser.add_argument_group(title, words)
     for usage, text in options.items():
@@ -79,9 +79,10 @@ def add_options(
         kind = settings["type"] = type_of(values[0], name)
         if "|" in values[0]:
             settings["choices"] = [kind(choice) for choice in values[0].split("|")]
-        if values[-1] == "...":
+        if values[-1] in ("...", "+"):
             several = "*" if may_lack else "+"
-            settings |= {"nargs": several, "action": "extend", "default": []}
+            settings |= {"nargs": several, "default": []}
+            settings["action"] = "extend" if values[-1] == "..." else "store"
             settings["metavar"] = " ".join(values[:-1])
         elif len(values) > 1:
             settings |= {"nargs": len(values), "metavar": tuple(values)}

@@ -17,13 +17,13 @@ from .options import WORKING, named_values, number, usage_errors, used_options
 _MODULES: set = set()  # of users, by the names of the modules that they are
 TASK = (  # a group of options
     {
-        "--table M ...": "width height, or x_min x_max y_min y_max",
-        "--disc M ...": "radius, or x y radius, in place of a table",
+        "--table M +": "width height, or x_min x_max y_min y_max",
+        "--disc M +": "radius, or x y radius, in place of a table",
         "--poses N N": "nodes of the table (default: 31 31)",
         WORKING: "working modes (default: 1 -1, elbows out)",
-        "--motor NAME ...": "by name, or its torque at rest (N m) and speed without load (rad/s)",
+        "--motor NAME +": "by name, or its torque at rest (N m) and speed without load (rad/s)",
         "--motion PATH.csv": "t (s), x, y (m), about the task's own origin",
-        "--path DRAWING": "a drawing or points, as `draw` reads them; about that origin",
+        "--path DRAWING": "a drawing or points, as `draw` reads and rounds them; about that origin",
         "--tolerances NAME=VALUE ...": "of q (rad), l or d (m)",
         "--stiffness NM/RAD": "of each motor",
         "--det-A NUMBER": "least |det A| of a dexterous region",

@@ -25,7 +25,7 @@ from ..base.checks import (
 from ..base.representation import one_line
 from ..base.tables import named
 from ..models.motors import Motor, motor_of
-from ..paths.curve import Path
+from ..paths.curve import DEVIATION, Path
 from ..paths.reading.read import path
 from .batch import is_number
 
@@ -61,7 +61,8 @@ class Task:
     motion : trajectory
         t -> (xi, xi', xi''), with .start and .duration, about the task's own origin.
     path : Path
-        Or what `fb.path` reads; about the task's own origin.
+        Or what `fb.path` reads, with its corners rounded as by `draw`, within 0.02 mm; about the
+        task's own origin.
     tolerances : mapping
         {"q": rad of each motor, "l": m of each bar, "d": m of the base}, each of them +-.
     stiffness : float
@@ -226,7 +227,7 @@ def _motion(value, name):
 
 def _path(value, name):
     try:
-        return value if isinstance(value, Path) else path(value)
+        return value if isinstance(value, Path) else path(value, deviation=DEVIATION)
     except ValueError as error:  # A UnicodeError takes more arguments than a message.
         raise ValueError(f"{name}: {error}") from None
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .tool import MountedTool
 
 GAP = 1e-9  # of the path's size, m: between the end of a piece and the start of the next
+DEVIATION = 2e-5  # m, within which corners of a drawing are rounded, where nobody says it
 SMOOTH = 1e-6  # by which xi_s may jump where the motion goes on
 
 
