@@ -33,7 +33,7 @@ from .headings import (
     units_named,
 )
 from .tables import STRANGE, TextFile, arrays_in, whole_text
-from .units import SECONDS, unit_named
+from .units import NUMBER, SECONDS, unit_named
 
 EPOCH = 5e8  # s since 1970, in 1985: later times are dates
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
@@ -403,7 +403,9 @@ def _number(cell, key, where):
     except ValueError:
         value = _date(cell) if key == "t" else None
     if value is None:
-        raise ValueError(f"{where}: {key} must be a number, not {cell[:40]!r}")
+        found = NUMBER.fullmatch(cell)
+        hint = f"; its unit goes into the heading: {key} ({found[2]})" if found else ""
+        raise ValueError(f"{where}: {key} must be a number, not {cell[:40]!r}{hint}")
     if not math.isfinite(value):
         raise ValueError(f"{where}: {key} must be finite, not {value}")
     return value

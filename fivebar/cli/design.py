@@ -44,7 +44,10 @@ def _design(arguments):
         print(figure_list())
         return
     if not arguments.goal:
-        raise UsageError("which goal? fivebar design --list names the figures")
+        raise UsageError(
+            "which goal? It goes before the options, as fivebar design bars --bound l1=0.1:0.2;"
+            " fivebar design --list names the figures"
+        )
     from ..base.workers import dask_executor
     from ..optimal_design.optimum import design
 

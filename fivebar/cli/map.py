@@ -323,7 +323,7 @@ def _verdict(check):
     text = f"{verb} Type {int(check.type)} at t = {check.time:.12g} s"
     if check.criterion is not None:
         ending = "the criterion holds" if check.criterion_holds else "off it: the torque diverges"
-        text += f", t_s . m xi'' = {check.criterion:.6g} N, {ending}"
+        text += f", it asks for {check.criterion:.6g} N along the free direction t_s, {ending}"
     return text
 
 

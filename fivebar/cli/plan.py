@@ -21,7 +21,14 @@ from .options import (
     used_options,
     write_files,
 )
-from .robot_options import add_robot_options, chosen_limits, chosen_machine, peak_row, print_frames
+from .robot_options import (
+    add_robot_options,
+    chosen_limits,
+    chosen_machine,
+    peak_row,
+    print_frames,
+    refuse_angles,
+)
 
 SAMPLES = 4001
 ENDS = {
@@ -67,6 +74,7 @@ def _plan(arguments):
         raise UsageError(
             "--working keeps the modes: it goes without --from-working and --to-working"
         )
+    refuse_angles(arguments, machine)
     if machine.tool is not None:
         machine = _for_tool(arguments, machine)
     limits = chosen_limits(arguments)

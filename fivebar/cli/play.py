@@ -11,7 +11,7 @@ from .robot_options import add_robot_options, chosen_machine, in_robot_frame
 OPTIONS = {
     "--out PAGE.html": (Path("play.html"), "the page"),
     "--xi X Y": "where joint C begins, or the tool of the robot's file, m",
-    WORKING: ((-1, -1), "modes there"),
+    WORKING: "modes there (default: -1 -1)",
     "--site DIR": "write a folder for any web host instead: the page, its preview, social tags",
     "--address URL": "where the folder of --site will be, for the preview of its links",
     "--serve": "serve the page on this computer instead, until Ctrl C",
@@ -28,10 +28,12 @@ def _play(arguments):
     from ..models.geometry import igm
     from ..visualization.play import play
 
+    if arguments.working and not arguments.xi:
+        raise UsageError("--working goes with --xi X Y")
     machine = chosen_machine(arguments)
     robot = machine.robot
     with usage_errors(ValueError, SingularityError):
-        working = tuple(arguments.working)
+        working = tuple(arguments.working or (-1, -1))
         xi = arguments.xi and machine.joint(arguments.xi, working)
         pose = None if xi is None else igm(robot, xi, working)
         live = play(robot, pose, tool=machine.tool)

@@ -52,7 +52,10 @@ def _sweep(arguments):
         print(figure_list())
         return
     if not arguments.figure:
-        raise UsageError("which figure? fivebar sweep --list names them")
+        raise UsageError(
+            "which figure? It goes before the options, as fivebar sweep bars --grid l1=0.1:0.2:3;"
+            " fivebar sweep --list names them"
+        )
     from ..base.workers import dask_executor
     from ..optimal_design.sweeping import sweep
 
@@ -86,8 +89,8 @@ def _sweep(arguments):
             f"interrupted: what was done is in {arguments.out}; the same command goes on there"
         ) from None
     _show(arguments, swept, best)
-    if not len(best):
-        print_message(swept.why_none(figure))
+    if words := swept.why_not_finite(figure):
+        print_message(words)
 
 
 def _designs(arguments):

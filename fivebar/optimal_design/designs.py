@@ -18,7 +18,7 @@ from ..base.columns import read
 from ..base.headings import Quantity
 from ..base.representation import one_line
 from ..base.tables import STRANGE, arrays_in
-from ..base.units import METRES, NO_UNIT
+from ..base.units import METRES, NO_UNIT, unusual
 from ..models.robots import Biglide, FiveBar
 from .batch import PLACE, check_known, is_number, known_variables, scalar_parameters
 from .closed_forms import CLOSED
@@ -309,4 +309,9 @@ def _from_file(path, robot):
     if unknown or not table.values:
         reason = f"column {unknown[0]!r} is not used" if unknown else "no column is known"
         raise ValueError(f"{path}: {reason}; the parameters of a design are {', '.join(known)}")
+    for name in table.values.keys() - table.stated.keys():
+        for k, value in enumerate(table.values[name].tolist()):
+            if name[0] in "ld" and (question := unusual(value, METRES, name[0] == "l")):
+                words = f"{name}: {question} Write the unit: {name} (m) or {name} (mm)"
+                raise table.error(k, f"{words} in the heading")
     return columns(table.values)

@@ -294,9 +294,8 @@ class Machine:
             count = (1.0 if slides else 2 * math.pi) / self.ratio[0]
             raise ValueError(
                 f"the drives read {count:.6g} a {way}, by the ratio of the"
-                f" machine: {unit} could be theirs or the motor's; leave out how many are a"
-                " turn (unit='rad'), which leaves the readings as they are, or give the machine a"
-                f" ratio in {self.robot.words.unit}"
+                f" machine: {unit} could be theirs or the motor's; unit rad leaves the readings as"
+                f" they are, or give the machine a ratio in {self.robot.words.unit}"
             )
         if known:
             return known

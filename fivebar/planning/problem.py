@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from ..base.backend import pack, unpack
-from ..base.checks import not_negative, number, positive, shown, two_numbers
+from ..base.checks import not_negative, positive, shown, two_numbers
 from ..base.errors import SingularityError, UnreachableError
 from ..constraints.constraints import Constraints, at_joints
 from ..models.dynamics import bar_forces, drives_forces
@@ -361,12 +361,15 @@ def timed(start: object, goal: object, duration: float | None, via: Iterable) ->
             f"plan: via must be [(time or None, point), ...], not {shown(via)}"
         ) from None
     stops: list[tuple] = [("start", 0.0, start)]
-    last = 0.0
+    last, of_last = 0.0, ""
     names = stop_names(len(via) + 2)[1:]
     for name, (t, point) in zip(names, [*via, (duration, goal)]):
         if t is not None:
             words = "plan: duration" if name == "goal" else f"plan: the time of {name}"
-            t = last = number(positive(t, words), words, last, above=True)
+            t = positive(t, words)
+            if t <= last:
+                raise ValueError(f"{words} = {t:g} s is not after {of_last}, {last:g} s")
+            last, of_last = t, words.removeprefix("plan: ")
         stops.append((name, t, point))
     return stops
 

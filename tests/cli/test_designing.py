@@ -67,7 +67,11 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
         capsys,
     )
     assert [line.split()[0] for line in notes.out.splitlines()] == ["design", "0"]
-    assert notes.err == "design 2: l1 must be finite, not nan\n"
+    lines = notes.err.splitlines()
+    assert lines[0] == "design 2: l1 must be finite, not nan" and len(lines) == 2
+    assert lines[1].startswith(
+        "det_A is finite in 1 of 3 designs; table = [-0.03, 0.03, -0.02, 0.02]"
+    )
     path = tmp_path / "path.csv"
     path.write_text(
         "t,x,y\n" + "".join(f"{k / 10},{0.002 * k},0.12\n" for k in range(8)), encoding="utf-8"
@@ -100,7 +104,7 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
 @pytest.mark.parametrize(
     "words, notes",
     [
-        (["sweep"], "which figure. fivebar sweep --list names them"),
+        (["sweep"], "which figure. It goes before the options, .* fivebar sweep --list names them"),
         (["sweep", "bars"], "designs come from one of --grid, --sample, --triangle, --designs"),
         (["sweep", "bars", *GRID, "--triangle", "4"], "from one of .*, not --grid and --triangle"),
         (
@@ -132,7 +136,8 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
         ),
         (["sweep", "bars", *GRID, "--motion", "none.csv"], "none.csv"),
         (["sweep", "bars=min", "bars=max", *GRID], "=min or =max goes with one figure"),
-        (["design"], "which goal"),
+        (["design"], "which goal. It goes before the options"),
+        (["sweep", "--motor", "xl430-w250", "path_time", *GRID], "It goes before the options"),
         (["design", "bars", "--bound", "l1"], "--bound must be NAME=VALUE or LOW:HIGH, not 'l1'"),
         (["design", "bars=least", *BOUNDS], "bars is to be"),
         (["design", "bars", *BOUNDS, "--limit", "det_A=0.4"], "limits: det_A needs --table"),
@@ -142,6 +147,52 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
 def test_wrong_usage(words, notes, capsys):
     error = ran(words, capsys, 2).err
     assert re.search(notes, error), error
+
+
+def test_a_motion_without_times_is_no_option_away(tmp_path, capsys):
+    file = tmp_path / "points.csv"
+    file.write_text("x,y\n0,0\n0.01,0\n", encoding="utf-8")
+    error = ran(["sweep", "worst_torque", *GRID, "--motion", file], capsys, 2).err
+    assert error.endswith("no column t; found 'x', 'y': write these names into its header\n")
+
+
+def test_a_table_that_is_given_twice_is_the_last_one(capsys):
+    words = ["sweep", "det_A", "--grid", "task_y=0.1:0.12:3", "--poses", 5, 5, "--json"]
+    once = ran([*words, *TABLE[:3]], capsys).out
+    assert ran([*words, "--table", 0.2, 0.2, *TABLE[:3]], capsys).out == once
+
+
+def test_a_length_on_the_command_line_is_that_of_the_file(tmp_path, capsys):
+    """Of a robot from links the masses and inertias follow, here and in a sweep."""
+    text = "l12 = 0.16\nl21 = 0.1\nl22 = 0.15\nd = 0.07\n[links]\n11 = 0.12\n12 = 0.08\n"
+    for length in (0.11, 0.2):
+        file = tmp_path / f"{length}.toml"
+        file.write_text(f"l11 = {length}\n{text}", encoding="utf-8")
+    motion = tmp_path / "motion.csv"
+    rows = [f"{k / 10},{0.002 * k},0.12" for k in range(8)]
+    motion.write_text("\n".join(["t,x,y", *rows]), encoding="utf-8")
+    words = ["sweep", "worst_torque", "--motion", motion, "--json", "--robot"]
+    ways = (
+        [tmp_path / "0.2.toml", "--grid", "l11=0.2"],
+        [tmp_path / "0.11.toml", "--grid", "l11=0.2"],
+        [tmp_path / "0.11.toml", "--l11", "200 mm", "--grid", "l22=0.15"],
+    )
+    found = []
+    for way in ways:
+        [best] = json.loads(ran([*words, *way], capsys).out)["best"]
+        found.append(best["worst_torque"])
+    assert found == pytest.approx([found[0]] * 3, rel=1e-12)
+
+
+def test_inertias_that_stay_are_said_in_a_plain_line(tmp_path, capsys):
+    motion = tmp_path / "motion.csv"
+    rows = [f"{k / 10},{0.002 * k},0.12" for k in range(8)]
+    motion.write_text("\n".join(["t,x,y", *rows]), encoding="utf-8")
+    notes = ran(["sweep", "worst_torque", "--motion", motion, "--grid", "l1=0.1"], capsys)
+    [line] = notes.err.splitlines()
+    assert line.startswith(
+        "fivebar: worst_torque: the robot's masses and inertias stay as they are"
+    )
 
 
 def test_the_best_by_any_of_the_figures_over_places_with_a_unit(capsys):

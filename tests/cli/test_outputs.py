@@ -643,7 +643,10 @@ def test_what_is_said_of_a_path_on_a_map():
     for holds, ending in ((True, "the criterion holds"), (False, "off it: the torque diverges")):
         crossing = dict(reachable=False, leaves=0.75, time=0.5, criterion=0.25)
         words = verdict(**crossing, criterion_holds=holds)
-        assert words == f"crosses Type 2 at t = 0.5 s, t_s . m xi'' = 0.25 N, {ending}"
+        assert (
+            words
+            == f"crosses Type 2 at t = 0.5 s, it asks for 0.25 N along the free direction t_s, {ending}"
+        )
     error = fb.UnreachableError("the tool cannot", 0.1)
     assert map_command._verdict(error) == "the tool cannot"
 
@@ -1278,6 +1281,18 @@ def test_a_live_page_has_the_tool_and_its_point(here, given):
     with pytest.raises(Reached):
         main(["play"])
     assert found[1] is None and found["tool"] is None
+
+
+@pytest.mark.parametrize(
+    "words", ["plan --from 0.05 0.15 --to 0 0.15 --duration 1", "draw line.csv"]
+)
+def test_angles_that_the_drives_do_not_have_are_refused_before_the_work(words, here, ran, given):
+    (here / "line.csv").write_text("x,y\n0,0\n0.01,0\n", encoding="utf-8")
+    fb.Machine(ROBOT, ratio=(np.pi / 180,) * 2).save(here / "robot.toml")
+    given("planning.plan.plan")
+    given("paths.reading.read.path")
+    said = ran(f"{words} --robot robot.toml --angles deg", 2).err
+    assert "leave out --angles deg: the drives read 360 a turn" in said
 
 
 def test_the_stroke_of_a_straight_line_is_said(ran):

@@ -560,6 +560,8 @@ def test_a_page_begins_with_the_pose_that_is_asked_for(tmp_path, monkeypatch, ca
     ((robot, pose, tool),) = shown
     assert robot == fb.ROBOTS["amoro"].robot and tool is None and out in capsys.readouterr().out
     assert pose.xi == pytest.approx((0.05, 0.1)) and tuple(pose.working) == (1, -1)
+    assert main(["play", "--working", "1", "-1", "--out", out]) == 2
+    assert "--working goes with --xi X Y" in capsys.readouterr().err
 
 
 def test_a_press_is_loaded_along_its_slide():

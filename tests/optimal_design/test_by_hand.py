@@ -314,6 +314,18 @@ def test_a_path_that_was_not_timed_is_an_error_unless_it_is_proved(proved, monke
         assert np.isnan(done["path_time"][0]) and "TimingError: not timed" in done.errors[0][1]
 
 
+def test_motors_that_cannot_leave_the_start_take_for_ever():
+    """They hold the robot at some places of the path, and at others no torque moves it on."""
+    physics = dict(gravity=(0.0, -9.81), fv1=2e-3, fv2=2e-3, mx11=0.005, mx21=0.005)
+    base = fb.FiveBar(d=0.07, m=0.4, **physics)
+    square = [(-0.03, -0.03), (0.03, -0.03), (0.03, 0.03), (-0.03, 0.03), (-0.03, -0.03)]
+    designs = {"l1": [0.152, 0.156, 0.158, 0.16], "l2": 0.16, "task_y": 0.15, "zz": 1e-3}
+    task = dict(robot=base, path=fb.path(square), motor="xl430-w250", workers=1)
+    done = fb.sweep("path_time", designs, **task)
+    assert np.isfinite(done["path_time"]).tolist() == [True, False, False, False]
+    assert not done.errors and np.isinf(done["path_time"][1:]).all()
+
+
 def test_a_path_through_a_singularity_has_no_time(monkeypatch):
     def time_path(*args, **options):
         raise SingularityError("Type 2", 0.0)

@@ -173,6 +173,12 @@ def test_a_file_of_designs_that_is_wrong_says_where(tmp_path):
     file.write_text("l1,d\n0.1\n", encoding="utf-8")
     with pytest.raises(ValueError, match="designs.csv, line 2: "):
         fb.sweep("bars", file)
+    file.write_text("l1,d\n0.1,0.1\n0.1,70 mm\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"line 3: .*; its unit goes into the heading: d \(mm\)"):
+        fb.sweep("bars", file)
+    file.write_text("l1,d\n0.1,0.1\n100,0.1\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="line 3: l1: 100 m: did you mean 100 mm. Write the unit"):
+        fb.sweep("bars", file)
     np.savez(tmp_path / "designs.npz", l1=[0.1, 0.2], d=[0.1])
     with pytest.raises(ValueError, match="designs.npz: .*d"):
         fb.sweep("bars", tmp_path / "designs.npz")

@@ -113,8 +113,11 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(goal=(0.0, float("inf"))), "goal, order 0, must be two finite numbers"),
         (dict(goal={1: (0, 0)}), "goal needs a position under order 0"),
         (dict(start={0: HOME, 3: (0, 0)}), "no other orders than 1 and 2"),
-        (dict(via=[(3.0, TASK_1)]), "duration must be finite and > 3"),
-        (dict(via=[(1.0, HOME), (0.5, TASK_1)]), r"the time of via\[1\] must be finite and > 1"),
+        (dict(via=[(3.0, TASK_1)]), r"duration = 2 s is not after the time of via\[0\], 3 s"),
+        (
+            dict(via=[(1.0, HOME), (0.5, TASK_1)]),
+            r"the time of via\[1\] = 0.5 s is not after the time of via\[0\], 1 s",
+        ),
         (dict(via=[(1.0,)]), r"via must be \[\(time or None"),
         (dict(via=[TASK_1]), r"via must be \[\(time or None, point\), ...\], not \[\(0"),
         (dict(objective=3), "objective must be of"),
