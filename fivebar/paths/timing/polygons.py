@@ -6,8 +6,8 @@ the two values and are kept <= 0, with all that `bounds` leaves open, so the lim
 So each stretch allows a polygon of (x at its start, x at its end).
 
 At Type 2, a u + b x + c = 0 for both torques at once (the crossing criterion), which fixes u there.
-The limit's left side is t times a polynomial whose coefficients are kept <= 0 instead: the bar
-forces, finite at the node, are its quotient by det A.
+The limit's left side is t times a polynomial, whose coefficients are multiples of the others: the
+bar forces, finite at the node, are its quotient by det A.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...base.backend import EPS
-from .constraint_rows import PARTS, ConstraintRows
+from .constraint_rows import ConstraintRows
 from .lower_bound import BUMP, Ceiling
 
 if TYPE_CHECKING:
@@ -78,9 +78,9 @@ def polygons(
     u0 = (last - first - curve) / (2 * h)
     u1 = (last - first + curve) / (2 * h)
     middle = (first + last - curve) / 2
-    special = np.flatnonzero(crossing[:-1] | back)
+    starts = crossing[:-1] | back
     at = np.where(back, near[1:], near[:-1])
-    for i in special:
+    for i in np.flatnonzero(starts):
         u0[i] = _criterion(mesh, i, bool(back[i]), at[i])
         middle[i] = first[i] + length[i] * u0[i]
         u1[i] = (last[i] - first[i]) / length[i] - u0[i]
@@ -89,21 +89,13 @@ def polygons(
     u = np.stack([u0, u1])
     x = np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, a difference of both x over the length
-    of_rows = _left_sides(rows, u, x, size, high, root, rounding)
-    of_alone = _left_sides(alone, u, x, size, high, root, rounding)
-    for i in special if rows.torque.any() else ():
-        of_rows[:, rows.torque, i] = _quotients(
-            rows,
-            i,
-            u[:, i],
-            x[:, i],
-            size[i],
-            high[i],
-            root[..., i : i + 1],
-            length[i],
-            at[i],
-            rounding[i],
-        )
+    # There the part v(0) sqrt(x) is taken by its slope at x = at, and by how much it may differ.
+    slope = 0.5 / np.sqrt(np.where(starts, at, 1.0))
+    bow = (2 * length * size) ** 2 * 4 * slope**3
+    forms = [
+        _left_sides(each, u, x, size, high, root, rounding, starts, slope, bow).reshape(-1, n, 3)
+        for each in (rows, alone)
+    ]
     bounds = [
         -first,
         -last,
@@ -120,8 +112,7 @@ def polygons(
         bounds += [fixed, -fixed]
         for value in x:
             bounds += [_const(low) - value, value - _const(high)]
-    forms = [of_rows.reshape(-1, n, 3), of_alone.reshape(-1, n, 3), np.stack(bounds)]
-    table = np.concatenate(forms)
+    table = np.concatenate([*forms, np.stack(bounds)])
     curvature = (u1 - u0) / h
     table[:, back] = table[:, back][..., [1, 0, 2]]
     curvature[back] = curvature[back][:, [1, 0, 2]]
@@ -135,48 +126,57 @@ def _const(value):
 
 
 @lru_cache
-def _weights(m, n, degree):
-    """Return (i, j, k, weight) of a product of Bernstein polynomials.
+def _weights(m, n):
+    """Return (i, j, k, weight) of a product of Bernstein polynomials, in degree 4.
 
     Coefficient i of degree m times coefficient j of degree n has this weight in coefficient k.
     """
     weights = []
     for i, j in np.ndindex(m + 1, n + 1):
         part = comb(m, i) * comb(n, j) / comb(m + n, i + j)
-        for k in range(i + j, i + j + degree - m - n + 1):
-            raised = comb(m + n, i + j) * comb(degree - m - n, k - i - j) / comb(degree, k)
+        for k in range(i + j, i + j + 4 - m - n + 1):
+            raised = comb(m + n, i + j) * comb(4 - m - n, k - i - j) / comb(4, k)
             weights.append((i, j, k, part * raised))
     return tuple(weights)
 
 
-def _product(f, form, degree=4):
-    """Return f (m + 1, rows, n) times a form (k + 1, n, 3), (degree + 1, rows, n, 3)."""
-    result = np.zeros((degree + 1, *f.shape[1:], 3))
-    for i, j, k, weight in _weights(len(f) - 1, len(form) - 1, degree):
+def _product(f, form):
+    """Return f (m + 1, rows, n) times a form (k + 1, n, 3), (5, rows, n, 3)."""
+    result = np.zeros((5, *f.shape[1:], 3))
+    for i, j, k, weight in _weights(len(f) - 1, len(form) - 1):
         result[k] += weight * f[i][..., None] * form[j]
     return result
 
 
-def _left_sides(rows, u, x, size, high, root, rounding):
-    """Return Bernstein coefficients (5, rows, n, 3) of upper bounds of the rows."""
+def _left_sides(rows, u, x, size, high, root, rounding, starts, slope, bow):
+    """Return Bernstein coefficients (5, rows, n, 3) of upper bounds of the rows.
+
+    starts (n,): stretches that start on Type 2, where a row of a torque is 0 by the criterion: what
+    is left open is so much times t. Rounding error is there that at t = NEAREST. slope, bow (n,):
+    of v(0) sqrt(x).
+    """
+    zero = rows.torque[:, None] & starts
+    parts, bend, slack = rows.parts, rows.bend, rows.slack
     one = _const(np.ones((1, u.shape[1])))
-    sides = _product(rows.parts["a"], u)
-    sides = sides + _product(rows.parts["b"], x)
-    sides = sides + _product(rows.parts["c"], one)
-    _add_friction(sides, rows.parts["v"], x, one, root, high)
+    v = np.where(zero, parts["v"][0], 0.0)
+    sides = _product(parts["a"], u)
+    sides = sides + _product(parts["b"] + v * slope, x)
+    sides = sides + _product(parts["c"], one)
+    sides -= np.where(zero[..., None], sides[0], 0.0)
+    _add_friction(sides, parts["v"] - v, x, one, root, high)
     # x is linear in both its values, and so is what b leaves open times x.
-    arch = np.stack([0 * rows.bend["b"], rows.bend["b"] / 2, 0 * rows.bend["b"]])
-    sides = sides + _product(arch, x) + _product(rows.slack["b"][None], x)
-    bend = _width(rows.bend, size, high, 0.0)
-    slack = _width(rows.slack, size, high, 0.0)
-    loss = rounding * np.abs(rows.parts["a"]).max(axis=0)
-    sides[..., 2] += slack + bend * np.array(BUMP)[:, None, None] + loss
+    arch = np.stack([0 * bend["b"], bend["b"] / 2, 0 * bend["b"]])
+    ramp = np.stack([np.where(zero, 0.0, slack["b"]), slack["b"]])
+    sides = sides + _product(arch, x) + _product(ramp, x)
+    loss = rounding * np.abs(parts["a"]).max(axis=0) * np.where(zero, 1 / NEAREST, 1.0)
+    share = np.where(zero, np.arange(5)[:, None, None] / 4, 1.0)
+    open_ = _width(slack, size, high) + loss + np.abs(v) * bow
+    sides[..., 2] += share * open_ + _width(bend, size, high) * np.array(BUMP)[:, None, None]
     return sides
 
 
-def _width(table, size, high, of_x=1.0):
-    by_x = of_x * table["b"] * high + table["v"] * np.sqrt(high)
-    return table["a"] * size + by_x + table["c"]
+def _width(table, size, high):
+    return table["a"] * size + table["v"] * np.sqrt(high) + table["c"]
 
 
 def _root(rows, mesh, near, off, high):
@@ -214,18 +214,12 @@ def _add_friction(found, v, x, one, root, high):
     """Add an upper bound of v sqrt(x)."""
     if not v.any():
         return
-    least = v.min(axis=0)
-    largest = v.max(axis=0)
-    (slope_above, offset_above), (slope_below, offset_below) = root
-    positive = least >= 0
-    negative = largest <= 0
-    slope = np.where(positive, slope_above, np.where(negative, slope_below, 0.0))
-    offset = np.where(positive, offset_above, np.where(negative, offset_below, 0.0))
-    mixed = (least < 0) & (largest > 0)
-    flat = np.where(mixed, 0.0, v)
-    degree = len(found) - 1
-    found += _product(flat * slope, x, degree) + _product(flat * offset, one, degree)
-    found[..., 2] += np.where(mixed, largest * np.sqrt(high), 0.0)
+    above, below = root
+    signs = [v.min(axis=0) >= 0, v.max(axis=0) <= 0]
+    slope = np.select(signs, [above[0], below[0]], 0.0)
+    offset = np.select(signs, [above[1], below[1]], np.sqrt(high))
+    v = np.where(signs[0] | signs[1], v, np.maximum(v, 0.0))
+    found += _product(v * slope, x) + _product(v * offset, one)
 
 
 def _criterion(mesh, i, back, near):
@@ -252,34 +246,3 @@ def _criterion(mesh, i, back, near):
     by_x = at_node("b", k) + (v / (4 * half) if v else 0.0)
     constant = at_node("c", k) + v * half
     return -sign * np.array([by_x, 0.0, constant]) / at_node("a", k)
-
-
-def _quotients(rows, i, u, x, size, high, root, length, near, rounding):
-    """Return the torques' rows over t, (5, rows, 3), on a stretch that starts on Type 2.
-
-    Rounding error is that at t = NEAREST.
-    """
-    f = {name: rows.parts[name][:, rows.torque, i] for name in PARTS}
-    start = {name: values[None, 0, :, None] for name, values in f.items()}
-    quotient = {}  # of what remains, by t
-    for name, values in f.items():
-        steep = 2 * (values[1] - values[0])
-        quotient[name] = np.stack([steep, values[2] - values[0]])[..., None]
-    u = u[:, None]
-    x = x[:, None]
-    one = _const(np.ones((1, 1)))
-    x_quotient = np.stack([2 * (x[1] - x[0]), x[2] - x[0]])
-    result = _product(start["a"], (u[1] - u[0])[None])
-    result = result + _product(quotient["a"], u)
-    result = result + _product(start["b"], x_quotient)
-    result += _product(quotient["b"], x) + _product(quotient["c"], one)
-    _add_friction(result, quotient["v"], x, one, root, np.array([high]))
-    if start["v"].any():
-        # (sqrt(x) - sqrt(x0)) / t by its value at x0, and by how much it may differ.
-        result += _product(start["v"] / (2 * np.sqrt(near)), x_quotient)
-        result[..., 2] += np.abs(start["v"]) * (2 * length * size) ** 2 / (2 * near**1.5)
-    bend = _width({name: some[rows.torque, i] for name, some in rows.bend.items()}, size, high)
-    slack = _width({name: some[rows.torque, i] for name, some in rows.slack.items()}, size, high)
-    result[..., 0, 2] += slack + bend * (np.arange(4, -1, -1) / 4)[:, None]
-    result[..., 0, 2] += rounding / NEAREST * np.abs(f["a"]).max(axis=0)
-    return result[:, :, 0]
