@@ -79,7 +79,7 @@ def test_a_stretch_allows_what_keeps_the_limits_all_along(name):
     near = 0.5 * above.x
     off = np.full(n, 0.01 * mesh.tied.any())
     bent = rng.uniform(-0.7, 0.7, (2, n))[0] * above.size / length
-    found = polygons(rows, alone, length, above, bent, near, off, mesh)
+    table, bends = polygons(rows, alone, length, above, bent, near, off, mesh)
     tied = mesh.tied.any()
     beside = mesh.crossing[1:] | mesh.crossing[:-1]
     fits, possible = np.zeros((2, 2), dtype=int)
@@ -91,8 +91,8 @@ def test_a_stretch_allows_what_keeps_the_limits_all_along(name):
             x0 = np.maximum(above.x[:-1] * rng.uniform(0.02, 1.2, n), 1e-9)
             x1 = x0 + 2 * length * above.size * rng.uniform(-1.6, 1.6, n)
         form = np.stack([x0, x1, np.ones(n)], axis=1)
-        curve = (found.bent * form).sum(axis=1)
-        allowed = (np.einsum("nrk,nk->nr", found.table, form) <= 0).all(axis=1)
+        curve = (bends * form).sum(axis=1)
+        allowed = (np.einsum("nrk,nk->nr", table, form) <= 0).all(axis=1)
         gone = length[:, None] * np.linspace(0.02, 0.98, 9)
         u0 = (x1 - x0) / (2 * length) - curve * length / 2
         u = u0[:, None] + curve[:, None] * gone

@@ -12,9 +12,8 @@ bar forces, finite at the node, are its quotient by det A.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from math import comb
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,20 +31,6 @@ TIGHT = 0.1  # of the torques, above which friction is bounded closely
 WIDE = 5  # times `off`, up to which x then differs from `near`
 
 
-class Polygons(NamedTuple):
-    """Polygons p x0 + q x1 + r <= 0 of x at both ends of n stretches, table (n, rows, 3).
-
-    bent (n, 3): x_ss / 2 as a form in (x0, x1, 1).
-    """
-
-    table: np.ndarray
-    bent: np.ndarray
-
-    def curvature(self, x: np.ndarray) -> np.ndarray:
-        """Return x_ss / 2 (n,) of a motion with these x at the nodes (n + 1,)."""
-        return self.bent[:, 0] * x[:-1] + self.bent[:, 1] * x[1:] + self.bent[:, 2]
-
-
 def polygons(
     rows: ConstraintRows,
     alone: ConstraintRows,
@@ -55,8 +40,9 @@ def polygons(
     near: np.ndarray,
     off: np.ndarray,
     mesh: Mesh,
-) -> Polygons:
-    """Return the Polygons of a mesh's n stretches, from their rows.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return polygons p x0 + q x1 + r <= 0 of x at both ends of n stretches, from their rows, and
+    x_ss / 2 on them as a form in (x0, x1, 1): (n, rows, 3) and (n, 3).
 
     bent (n,): x_ss / 2 where it may be chosen; beside a node on Type 2 the criterion gives it.
     near (n + 1,): x about which that is made linear at the nodes of `Mesh.tied`. off (n,): with 0,
@@ -96,55 +82,34 @@ def polygons(
         _left_sides(each, u, x, size, high, root, rounding, starts, slope, bow).reshape(-1, n, 3)
         for each in (rows, alone)
     ]
-    bounds = [
-        -first,
-        -last,
-        -middle,
-        middle - _const(high),
-        u0 - _const(size),
-        -u0 - _const(size),
-        u1 - _const(size),
-        -u1 - _const(size),
-    ]
-    if off.any():
-        tied = np.where(back, mesh.tied[1:], mesh.tied[:-1])
-        fixed = tied[:, None] * (first - _const(at))
-        bounds += [fixed, -fixed]
-        for value in x:
-            bounds += [_const(low) - value, value - _const(high)]
+    # x on Type 2 is given where it is not free.
+    fixed = ((off > 0) & np.where(back, mesh.tied[1:], mesh.tied[:-1]))[:, None]
+    bounds = [fixed * (first - _const(at)), fixed * (_const(at) - first)]
+    for value in x:
+        bounds += [_const(low) - value, value - _const(high)]
+    for value in u:
+        bounds += [value - _const(size), -value - _const(size)]
     table = np.concatenate([*forms, np.stack(bounds)])
     curvature = (u1 - u0) / h
     table[:, back] = table[:, back][..., [1, 0, 2]]
     curvature[back] = curvature[back][:, [1, 0, 2]]
     scale = np.abs(table[..., :2]).sum(axis=-1, keepdims=True)
     table = table / np.where(scale > 0, scale, 1.0)
-    return Polygons(table.transpose(1, 0, 2).copy(), curvature)
+    return table.transpose(1, 0, 2), curvature
 
 
 def _const(value):
     return np.stack([0 * value, 0 * value, value], axis=-1)
 
 
-@lru_cache
-def _weights(m, n):
-    """Return (i, j, k, weight) of a product of Bernstein polynomials, in degree 4.
-
-    Coefficient i of degree m times coefficient j of degree n has this weight in coefficient k.
-    """
-    weights = []
-    for i, j in np.ndindex(m + 1, n + 1):
-        part = comb(m, i) * comb(n, j) / comb(m + n, i + j)
-        for k in range(i + j, i + j + 4 - m - n + 1):
-            raised = comb(m + n, i + j) * comb(4 - m - n, k - i - j) / comb(4, k)
-            weights.append((i, j, k, part * raised))
-    return tuple(weights)
-
-
 def _product(f, form):
-    """Return f (m + 1, rows, n) times a form (k + 1, n, 3), (5, rows, n, 3)."""
+    """Return Bernstein polynomials f (m + 1, rows, n) times a form (k + 1, n, 3), of degree 4."""
     result = np.zeros((5, *f.shape[1:], 3))
-    for i, j, k, weight in _weights(len(f) - 1, len(form) - 1):
-        result[k] += weight * f[i][..., None] * form[j]
+    m, n = len(f) - 1, len(form) - 1
+    more = 4 - m - n
+    for i, j, k in np.ndindex(m + 1, n + 1, more + 1):
+        weight = comb(m, i) * comb(n, j) * comb(more, k) / comb(4, i + j + k)
+        result[i + j + k] += weight * f[i][..., None] * form[j]
     return result
 
 

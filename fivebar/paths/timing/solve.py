@@ -219,15 +219,15 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     closed: list[int] = []
     if mesh.tied.any():
         # x on Type 2, where the criterion takes sqrt(x).
-        table = polygons(rows, alone, length, above, bent, near, none, mesh)
-        x, closed = profile(table.table, above.x, rest)
+        table, _ = polygons(rows, alone, length, above, bent, near, none, mesh)
+        x, closed = profile(table, above.x, rest)
         near = np.where(x > 0, x, near)
         found = found._replace(looks=found.looks + len(mesh))
     for off in _lowered(mesh, part) if mesh.tied.any() else (none,):
         lowered = near * (1 - np.append(off, 0.0))
-        table = polygons(rows, alone, length, above, bent, lowered, off, mesh)
-        x, stuck = profile(table.table, above.x, rest)
-        own = table.curvature(x)
+        table, bends = polygons(rows, alone, length, above, bent, lowered, off, mesh)
+        x, stuck = profile(table, above.x, rest)
+        own = bends[:, 0] * x[:-1] + bends[:, 1] * x[1:] + bends[:, 2]
         time = duration(length, x[:-1], x[1:], own)
         never = np.isinf(np.bincount(part, time))[part]
         for k in np.setdiff1d(part[never], part[stuck]):
