@@ -34,7 +34,7 @@ CROSSING = "across Type 2", "along the bars", "elbows"  # where what is drawn is
 def above_of(mesh, limits):
     """The rows that a motion keeps, and a curve that none is above."""
     speed = np.full(len(mesh), limits.speed or np.inf)
-    about = mesh.side, mesh.turns, _directions(len(mesh), None), speed
+    about = mesh.side, mesh.turns, _directions(np.zeros(len(mesh))), speed
     ends = caps(*rows_of(mesh.factors, limits, *about, False))
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     length = mesh.stretches.length

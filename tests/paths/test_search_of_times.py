@@ -113,10 +113,10 @@ def test_constraints_on_poses_are_looked_at_first():
 def test_a_search_ends_after_its_work(monkeypatch):
     robot, path, limits = CASES["torques"]
     mesh = mesh_of(robot, path, (-1, -1))
-    monkeypatch.setattr(solve_module, "MOST", 150)
-    monkeypatch.setattr(solve_module, "GROWN", 0)
-    found, _ = refined(mesh, limits, 1e-7, math.inf)
-    assert 97 <= len(found) < 500
+    monkeypatch.setattr(solve_module, "LOOKS", 2000)
+    monkeypatch.setattr(solve_module, "WORK", 0)
+    split, found = refined(mesh, limits, 1e-7, math.inf)
+    assert len(mesh) < len(split) < 500 and found.looks <= 2000
     monkeypatch.setattr(solve_module, "solve", lambda mesh, *given: nothing(mesh))
     seen = []
 
@@ -125,10 +125,9 @@ def test_a_search_ends_after_its_work(monkeypatch):
         none = np.zeros(len(mesh))
         nodes = np.zeros(len(mesh) + 1)
         above = Ceiling(nodes, none + 1, none, none, None)
-        return Solved(above, nodes, nodes, none, none + np.inf, (7,), 1)
+        return Solved(above, nodes, nodes, none, none + np.inf, (7,), 3 * len(mesh))
 
-    monkeypatch.setattr(solve_module, "ROUNDS", 3)
-    monkeypatch.setattr(solve_module, "GROWN", 10)
+    monkeypatch.setattr(solve_module, "LOOKS", 3 * 15 * len(mesh))
     with pytest.raises(
         TimingError, match="no motion along the path was found that keeps"
     ) as failed:

@@ -33,7 +33,7 @@ from fivebar.paths.timing.polygons import _add_friction, _root
 from fivebar.paths.timing.reachability import _corners, profile
 from fivebar.paths.timing.refusals import refuse_touching, where
 from fivebar.paths.timing.slower import _mixture, _slower
-from fivebar.paths.timing.solve import Solved, TimingError, _along, _directions, _faster, _lowered
+from fivebar.paths.timing.solve import Solved, TimingError, _along, _directions, _lowered
 from fivebar.paths.timing.timed_path import TimedPath
 from tests.helpers.paths_to_time import used
 
@@ -224,27 +224,11 @@ def test_a_mixture_takes_the_wanted_time():
     np.testing.assert_allclose(x, w * fast.x + (1 - w) * slow.x, rtol=1e-12)
 
 
-def test_of_two_motions_the_faster_one_from_rest_to_rest():
-    one, other = (
-        Solved(None, None, x, bent, time, (), looks)
-        for x, bent, time, looks in (
-            (np.arange(4.0), np.zeros(3), np.array([1.0, np.inf, 1]), 5),
-            (10 + np.arange(4.0), np.ones(3), np.array([2.0, 1, 0.5]), 7),
-        )
-    )
-    found = _faster(one, other, np.array([0, 0, 1]))
-    assert found.x.tolist() == [10, 11, 12, 3] and found.looks == 12
-    assert found.time.tolist() == [2, 1, 0.5] and found.bent.tolist() == [1, 1, 1]
-    found = _faster(one, other._replace(time=np.array([2.0, 1, 1])), np.array([0, 0, 1]))
-    assert found.time.tolist() == [2, 1, 1] and found.x.tolist() == [10, 11, 2, 3]
-
-
 def test_directions_in_which_an_acceleration_is_limited():
-    even = _directions(2, None)
-    assert even.shape == (16, 2) and np.diff(even[:, 0]) == pytest.approx(np.pi / 8)
-    assert even[0].tolist() == [-np.pi, -np.pi]
     along = np.array([0.3, np.pi - 0.01])
-    both = _directions(2, along)
+    both = _directions(along)
+    even = np.arange(16) * np.pi / 8 - np.pi
+    assert (np.abs(both[:, None] - even[:, None]).min(axis=0) < 1e-12).all()
     assert (np.diff(both, axis=0) >= 0).all() and both.shape == (23, 2)
     assert (np.abs(both) <= np.pi).all()
     for k, angle in enumerate(along):
@@ -545,11 +529,12 @@ def test_stretches_are_split_by_their_share_of_the_gap():
     part = np.array([0.0, 1.0, 3.9, 8.9, 100.0, 0.0])
     above = SimpleNamespace(time=np.full(6, 100.0))
     found = SimpleNamespace(time=above.time + part, above=above, stuck=())
-    assert solve._parts(range(6), found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 1]
+    open_ = np.ones(6, dtype=bool)
+    assert solve._parts(range(6), found, 0.01 / 0.7, open_).tolist() == [1, 1, 2, 3, 4, 1]
     found.time[:2] = np.inf  # there is no motion yet
-    assert solve._parts(range(6), found, 0.01 / 0.7).tolist() == [2, 2, 2, 3, 4, 1]
+    assert solve._parts(range(6), found, 0.01 / 0.7, open_).tolist() == [2, 2, 2, 3, 4, 1]
     found.time[:] = np.inf
-    assert solve._parts(range(6), found, 0.1).tolist() == [2] * 6
+    assert solve._parts(range(6), found, 0.1, open_).tolist() == [2] * 6
 
 
 def test_where_a_path_grazes_type_2_at_a_node():

@@ -139,30 +139,8 @@ class Mesh:
         """Return the mesh of these stretches alone, those of whole parts from rest to rest."""
         found = {name: value.taken(at) for name, value in self.found.items()}
         stretches = self.stretches.taken(at)
-        return replace(self, stretches=stretches, found=found, crossing=of_nodes(self.crossing, at))
-
-
-def joined(meshes: list[Mesh]) -> tuple[Mesh, np.ndarray]:
-    """Return one mesh of several, and the order of their stretches in it."""
-    ends = np.concatenate([mesh.s[:-1] for mesh in meshes])
-    order = np.argsort(ends)
-    stretches = Stretches(
-        *(
-            np.concatenate([getattr(mesh.stretches, name) for mesh in meshes])[order]
-            for name in ("piece", "first", "last")
-        )
-    )
-    found = {
-        name: Bernstein(*np.concatenate([mesh.found[name] for mesh in meshes], axis=1)[:, order])
-        for name in meshes[0].found
-    }
-    crossing = np.append(np.concatenate([mesh.crossing[:-1] for mesh in meshes])[order], False)
-    return replace(meshes[0], stretches=stretches, found=found, crossing=crossing), order
-
-
-def of_nodes(values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the values at nodes (n + 1,) of a mesh for one of these stretches alone."""
-    return np.append(values[:-1][at], values[1:][at][-1:])
+        crossing = np.append(self.crossing[at], self.crossing[at[-1] + 1])
+        return replace(self, stretches=stretches, found=found, crossing=crossing)
 
 
 def _sign(value):

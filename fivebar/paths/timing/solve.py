@@ -10,7 +10,6 @@ import numpy as np
 from ...base.progress import progress
 from .constraint_rows import DIRECTIONS, NEAR, Limits, rows_of
 from .lower_bound import MARGIN, Ceiling, caps, ceiling, duration
-from .mesh import joined
 from .polygons import polygons
 from .reachability import profile
 from .refusals import held
@@ -18,15 +17,12 @@ from .refusals import held
 if TYPE_CHECKING:
     from .mesh import Mesh
 
-MOST = 20000  # stretches
 LOOKS = 300_000  # at stretches, on all meshes: about 10 s
-GROWN = 10  # times as many stretches as at first, more than these
-WORK = 200  # times as many looks, more than these
-ROUNDS = 60  # meshes, each split from the one before
+WORK = 200  # times as many as there are stretches at first, more than these
 BESIDE = 3  # stretches on either side of Type 2
 LAYER = 0.1  # of the layer beside it: stretches there are no longer,
 SHORT = 1e-10  # but of the path no shorter
-GROUP = 1000  # stretches at first, after which another group of parts begins
+GROUP = 1000  # stretches, after which another group of parts begins
 OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
 GROWTH = 1.0, 3.0, 1 / 3  # of that, from one crossing to the next
 
@@ -67,89 +63,71 @@ class Solved(NamedTuple):
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
     """Return the mesh, split until both bounds are within `gap`, and the solution on it.
 
-    It ends before after a fixed count of work, or `until`, s, of the thread's processor time. The
-    parts from rest to rest are taken in groups of some, which share the time that is left.
+    Each part from rest to rest is split until its own bounds are, or all of them together. It ends
+    before after a fixed count of work, or `until`, s, of the thread's processor time.
     """
     while (long := _across_layers(mesh)).any():
         mesh = mesh.split(1 + long)
-    part = mesh.part
-    # A new group begins with the part in which another GROUP of stretches ends.
-    ends = np.cumsum(np.bincount(part))[part]
-    group = ends // GROUP
-    meshes = []
-    tables = []
+    table = np.full((8, len(mesh)), np.inf)
+    hints = np.zeros((3, len(mesh)))
+    hints[2] = np.inf
+    open_ = np.ones(len(mesh), dtype=bool)
+    most = LOOKS + WORK * len(mesh)
     looks = 0
-    count = len(np.unique(part))
-    with progress(total=count, desc="least time", unit=" parts", delay=2, leave=False) as bar:
-        for k in np.unique(group):
-            own = group == k
-            now = time.thread_time()
-            share = own.sum() / (group >= k).sum()
-            ends_at = now + share * (until - now)
-            chosen, own_looks = _refined(mesh.taken(own), limits, gap, ends_at, bar)
-            looks += own_looks
-            for each, found, at in chosen:
-                meshes.append(each.taken(at))
+    left = len(np.unique(mesh.part))
+    with progress(total=left, desc="least time", unit=" parts", delay=2, leave=False) as bar:
+        while True:
+            for at in _groups(mesh.part, open_):
+                own = mesh.taken(at)
+                found = solve(own, limits, hints[:, at])
+                looks += found.looks
                 above = found.above
                 columns = above.x[:-1], above.time, above.high, above.size
-                columns = *columns, found.top[:-1], found.x[:-1], found.bent, found.time
-                tables.append(np.stack(columns)[:, at])
-    mesh, order = joined(meshes)
-    highest, least, high, size, top, x, bent, taken = np.concatenate(tables, axis=1)[:, order]
-    highest, top, x = (np.append(each, 0.0) for each in (highest, top, x))  # it ends at rest
-    return mesh, Solved(Ceiling(highest, least, high, size, None), top, x, bent, taken, (), looks)
-
-
-def _refined(mesh, limits, gap, until, bar):
-    """Return ([(mesh, solution, at), ...], looks): stretches `at` (n,) of whole parts from rest to
-    rest, each split until its own bounds are within `gap`, or all of them together; the bar counts
-    the parts that are.
-    """
-    part = mesh.part
-    count = part[-1] + 1
-    taken = np.where(np.bincount(part), np.inf, 0.0)  # the least time of each part
-    bound = np.zeros(count)  # and its lower bound
-    best = np.full(count, -1)  # in this round
-    rounds = []
-    hints = None
-    looks = 0
-    left = len(np.unique(part))
-    most = MOST + GROWN * len(mesh)
-    most_looks = LOOKS + WORK * len(mesh)
-    while True:
-        found = solve(mesh, limits, hints)
-        looks += found.looks
-        part = mesh.part
-        times, bounds = (np.bincount(part, each, count) for each in (found.time, found.above.time))
-        with np.errstate(invalid="ignore"):
-            better = times * bound < taken * bounds
-        taken[better] = times[better]
-        bound[better] = bounds[better]
-        best[better] = len(rounds)
-        rounds.append((mesh, found))
-        open_ = (taken > (1 + gap) * bound)[part]
-        done = taken.sum() <= (1 + gap) * bound.sum()
-        late = time.thread_time() > until
-        before, left = left, 0 if done else len(np.unique(part[open_]))
-        bar.update(before - left)
-        if done or late or len(mesh) > most or looks > most_looks or len(rounds) > ROUNDS:
-            break
-        after = mesh.taken(open_).split(_parts(mesh, found, gap)[open_])
-        middles = after.s[:-1] + after.stretches.length / 2
-        hints = hints_of(mesh, found)[:, np.searchsorted(mesh.s, middles) - 1]
-        mesh = after
-    if np.isinf(taken).any():
-        node = (*found.stuck, 0)[0]
+                table[:, at] = *columns, found.top[:-1], found.x[:-1], found.bent, found.time
+                if found.stuck:
+                    place = own, found.stuck[0]
+            # It ends at rest.
+            highest, least, high, size, top, x, bent, time_ = table
+            highest, top, x = (np.append(each, 0.0) for each in (highest, top, x))
+            above = Ceiling(highest, least, high, size, None)
+            found = Solved(above, top, x, bent, time_, (), looks)
+            part = mesh.part
+            times, bounds = (np.bincount(part, each) for each in (time_, least))
+            done = times.sum() <= (1 + gap) * bounds.sum()
+            open_ = (times > (1 + gap) * bounds)[part] & ~done
+            before, left = left, len(np.unique(part[open_]))
+            bar.update(before - left)
+            late = time.thread_time() > until
+            if done or late:
+                break
+            parts = np.where(open_, _parts(mesh, found, gap, open_), 1)
+            if looks + 3 * parts[open_].sum() > most:
+                break
+            after = mesh.split(parts)
+            middles = after.s[:-1] + after.stretches.length / 2
+            parents = np.searchsorted(mesh.s, middles) - 1
+            hints = hints_of(mesh, found)[:, parents]
+            table = table[:, parents]
+            open_ = open_[parents]
+            mesh = after
+    if np.isinf(times).any():
+        own, node = place
         if late:
             raise TimingError(
                 "time_path: max_time ran out before a motion along the whole path was found; give"
                 " it more",
-                float(mesh.s[node]),
+                float(own.s[node]),
                 False,
             )
-        raise _no_motion(mesh, limits, node, False)
-    ends = [(*rounds[k], best[rounds[k][0].part] == k) for k in np.unique(best[best >= 0])]
-    return ends, looks
+        raise _no_motion(own, limits, node, False)
+    return mesh, found
+
+
+def _groups(part, open_):
+    """Yield open stretches in groups of whole parts, of about GROUP each: so they fit in memory."""
+    at = np.flatnonzero(open_)
+    ends = np.cumsum(np.bincount(part[at]))[part[at]]
+    yield from np.split(at, np.flatnonzero(np.diff(ends // GROUP)) + 1)
 
 
 def _across_layers(mesh):
@@ -175,27 +153,27 @@ def hints_of(mesh: Mesh, found: Solved) -> np.ndarray:
     return np.stack([_along(mesh, found), bent, found.above.high])
 
 
-def _parts(mesh, found, gap):
-    """Return into how many parts (n,) each stretch is to be divided."""
+def _parts(mesh, found, gap, open_):
+    """Return into how many parts (n,) each open stretch is to be divided."""
     moves = np.isfinite(found.time)
     # The gap of a stretch goes as the square of its length.
-    part = np.where(moves, found.time - found.above.time, 0.0)
+    part = np.where(moves & open_, found.time - found.above.time, 0.0)
     allowed = 0.7 * gap * found.above.time.sum() / len(mesh)
     wanted = np.sqrt(part / min(allowed, max(0.5 * part.max(), 1e-300)))
     parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
     return np.where(moves, parts, 2)
 
 
-def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
+def solve(mesh: Mesh, limits: Limits, hints: np.ndarray) -> Solved:
     """Return the ceiling and a motion on this mesh.
 
     hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its
     limit is looked at closely, x_ss / 2, and what x is not above, from a coarser mesh.
     """
     none = np.zeros(len(mesh))
-    along, bent, high = (None, none, none + np.inf) if hints is None else hints
+    along, bent, high = hints
     length = mesh.stretches.length
-    about = mesh.side, mesh.turns, _directions(len(mesh), along)
+    about = mesh.side, mesh.turns, _directions(along)
     speed = np.minimum(mesh.speed, limits.speed or np.inf)
     rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
     ends = caps(rows, alone)
@@ -208,37 +186,48 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     if above.stuck is not None:
         raise _no_motion(mesh, limits, above.stuck, True)
     # The bounds take as long as two looks.
-    best = Solved(above, top, np.append(none, 0.0), none, none + np.inf, (), 2 * len(mesh))
+    looks = 2 * len(mesh)
+    x = np.append(none, 0.0)
+    time = none + np.inf
+    found = Solved(above, top, x, none, time, (), looks)
     if not np.isfinite(above.size).all():
-        return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
+        return found._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
     part = np.cumsum(rest[:-1]) - 1  # from rest to rest
     near = above.x
-    found = best
-    closed: list[int] = []
     if mesh.tied.any():
         # x on Type 2, where the criterion takes sqrt(x).
         table, _ = polygons(rows, alone, length, above, bent, near, none, mesh)
-        x, closed = profile(table, above.x, rest)
-        near = np.where(x > 0, x, near)
-        found = found._replace(looks=found.looks + len(mesh))
+        free, _ = profile(table, above.x, rest)
+        near = np.where(free > 0, free, near)
+        looks += len(mesh)
+    own = none
     for off in _lowered(mesh, part) if mesh.tied.any() else (none,):
         lowered = near * (1 - np.append(off, 0.0))
         table, bends = polygons(rows, alone, length, above, bent, lowered, off, mesh)
-        x, stuck = profile(table, above.x, rest)
-        own = bends[:, 0] * x[:-1] + bends[:, 1] * x[1:] + bends[:, 2]
-        time = duration(length, x[:-1], x[1:], own)
-        never = np.isinf(np.bincount(part, time))[part]
-        for k in np.setdiff1d(part[never], part[stuck]):
-            # It rests there.
-            stuck.append(int(np.argmax(np.isinf(time) & (part == k))))
-        time = np.where(never, np.inf, time)
-        found = _faster(found, Solved(above, top, x, own, time, (), len(mesh)), part)
-        left = np.isinf(found.time)
-        if not (left & ~np.isin(part, part[closed])).any():
+        now, stuck = profile(table, above.x, rest)
+        curve = bends[:, 0] * now[:-1] + bends[:, 1] * now[1:] + bends[:, 2]
+        taken = duration(length, now[:-1], now[1:], curve)
+        never = np.isinf(np.bincount(part, taken))[part]
+        # Each part has the first motion that is found for it.
+        left = np.isinf(time)
+        x[:-1], own, time = (
+            np.where(left, new, old)
+            for new, old in (
+                (now[:-1], x[:-1]),
+                (curve, own),
+                (np.where(never, np.inf, taken), time),
+            )
+        )
+        looks += len(mesh)
+        left &= never
+        if not left.any():
             break
-    return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
+    # Where none of the nodes is told, it rests between them.
+    rests = np.flatnonzero(np.isinf(taken) & left)
+    stuck = (*(i for i in stuck if left[i]), *rests.tolist())
+    return found._replace(x=x, bent=own, time=time, stuck=stuck, looks=looks)
 
 
 def _lowered(mesh, part):
@@ -259,15 +248,6 @@ def _lowered(mesh, part):
             yield off * max(growth, 1 / growth) ** order
 
 
-def _faster(one, other, part):
-    """Return the faster of two motions, for each part (n,) from rest to rest."""
-    better = (np.bincount(part, other.time) < np.bincount(part, one.time))[part]
-    x = np.where(np.append(better, False), other.x, one.x)
-    bent = np.where(better, other.bent, one.bent)
-    time = np.where(better, other.time, one.time)
-    return one._replace(x=x, bent=bent, time=time, looks=one.looks + other.looks)
-
-
 def _bent(x, length):
     """Return x_ss / 2 by the neighbours, 0 where it changes its sign: there the motion switches."""
     slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
@@ -277,11 +257,9 @@ def _bent(x, length):
     return np.where(before * after > 0, smaller, 0.0)
 
 
-def _directions(n, along):
+def _directions(along):
     even = np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) - np.pi
-    even = np.broadcast_to(even[:, None], (DIRECTIONS, n))
-    if along is None:
-        return even
+    even = np.broadcast_to(even[:, None], (DIRECTIONS, len(along)))
     near = (along + np.array(NEAR)[:, None] + np.pi) % (2 * np.pi) - np.pi
     return np.sort(np.concatenate([even, near]), axis=0)
 
