@@ -22,6 +22,7 @@ from ..singularities.dexterous import dexterous
 from ..singularities.distance import locus_distance
 from ..singularities.margins import singularity_margins
 from .closed_forms import workspace_bound
+from .task import Task
 
 RADII = 101  # of nodes in the circle
 ANGLES = 180
@@ -79,14 +80,9 @@ def _inscribed_conditioning(robot, task, place):
     y, radius = _circle(robot)
     if not radius:
         return 0.0
-    rho = radius * np.linspace(0, 1, RADII)
-    phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
-    points = np.stack([np.outer(np.cos(phi), rho), y + np.outer(np.sin(phi), rho)], axis=-1)
+    points, _, polar = Task(disc=(0.0, y, radius), poses=(RADII, ANGLES)).nodes
     pose = igm(robot, points, (1, -1), unreachable="nan")
-    values = np.nan_to_num(1 / singularity_margins(pose).condition.J)
-    weights = np.ones(RADII)
-    weights[[0, -1]] = 0.5
-    return float((values * weights).sum() / (weights.sum() * ANGLES))
+    return polar @ np.nan_to_num(1 / singularity_margins(pose).condition.J)
 
 
 def _circle(robot):

@@ -8,7 +8,7 @@ columns of lengths |b_i / det A| and an angle whose cosine is -+ g.
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -163,26 +163,18 @@ def _tip_error(poses):
         return poses.where_done((np.sqrt(worst) / np.abs(poses.det_A)).max(axis=1))
 
 
-def _box(poses):
-    """Width and height of the box around base joints, elbows and end-effector."""
-    half = poses.robots.d / 2
-    elbows = [
-        drive.pivot(leg.direction) for drive, leg in zip(poses.robots.drives, poses.pose.legs)
-    ]
-    xs, ys = zip(*elbows, poses.point)
-    count = len(poses.det_A)
-    return _widest((*xs, half, -half), count), _widest((*ys, 0.0 * half), count)
-
-
-def _widest(parts, count):
-    high = np.max([np.broadcast_to(part.max(axis=1), count) for part in parts], axis=0)
-    low = np.min([np.broadcast_to(part.min(axis=1), count) for part in parts], axis=0)
-    return high - low
-
-
 def _footprint(poses):
-    width, height = _box(poses)
-    return poses.where_done(width * height)
+    """Return the area of the box around base joints, elbows and end-effector."""
+    half = poses.robots.d / 2
+    points = [poses.point, (half, 0 * half), (-half, 0 * half)]
+    for drive, leg in zip(poses.robots.drives, poses.pose.legs):
+        points.append(drive.pivot(leg.direction))
+    area = 1.0
+    for parts in zip(*points):
+        high = reduce(np.maximum, [part.max(axis=1) for part in parts])
+        low = reduce(np.minimum, [part.min(axis=1) for part in parts])
+        area = area * (high - low)
+    return poses.where_done(area)
 
 
 def _one(robots, task):

@@ -49,12 +49,14 @@ class Sweep(ChunkedTable, Plotted):
 
     def robot_at(self, number: int) -> FiveBar | Biglide:
         """Return the robot of a design."""
-        row = np.array(list(self.design(number).values()))
-        return robot_of_design(self.names, row, self.robot)
+        return robot_of_design(self.names, self._row(number), self.robot)
 
     def place_at(self, number: int) -> np.ndarray:
         """Return the origin of a design's task, (2,) m."""
-        return place_of_design(self.names, np.array([list(self.design(number).values())]))[0]
+        return place_of_design(self.names, self._row(number)[None])[0]
+
+    def _row(self, number):
+        return np.array(list(self.design(number).values()))
 
     def best(
         self, figure: str | None = None, count: int = 1, sense: str | None = None
