@@ -17,7 +17,7 @@ from ..models.geometry import task_pose
 from .batch import Robots
 from .task import Task
 
-ROUNDING = 1e-15  # m, of a table that is as large as the reach
+ROUNDING = 1e-15  # of a leg, by which a table that is as large as its reach may be larger
 BLOCK = 16384  # poses at once: what they take stays in the processor's cache
 
 
@@ -68,7 +68,8 @@ class TaskPoses:
         with np.errstate(invalid="ignore"):
             low = self.det_A.min(axis=1)
             high = self.det_A.max(axis=1)  # nan where one is not reached
-            return (low * high > 0) & (self.reach >= -ROUNDING)
+            allowed = ROUNDING * (self.robots.l11 + self.robots.l12)[:, 0]
+            return (low * high > 0) & (self.reach >= -allowed)
 
     def where_done(self, figure):
         """Return a figure (n,), nan of the robots that do not do the task."""

@@ -156,6 +156,14 @@ def test_a_table_between_whose_nodes_is_a_gap_is_out_of_reach():
         fb.igm(done.robot_at(0), (-0.02, 0.0398), (1, -1))
 
 
+@pytest.mark.parametrize("size", [1e-2, 1.0, 1e2])
+def test_a_table_as_large_as_the_reach_is_reached(size):
+    """At two corners a leg is stretched: the hypotenuse of a 3-4-5 triangle from its base joint."""
+    lengths = {"l1": 3 * size, "l2": 2 * size, "d": 2 * size, "task_y": 3.75 * size}
+    done = fb.sweep(["reach", "sin"], lengths, table=(4 * size, size / 2), poses=(7, 3))
+    assert abs(done["reach"][0]) < 1e-14 * size and done["sin"][0] < 1e-7
+
+
 def test_no_robot_passes_a_bound(swept):
     done, _ = swept
     names = ("l11", "l12", "l21", "l22", "d")
