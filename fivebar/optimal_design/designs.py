@@ -18,9 +18,10 @@ from ..base.columns import read
 from ..base.headings import Quantity
 from ..base.representation import one_line
 from ..base.tables import STRANGE, arrays_in
-from ..base.units import METRES, NO_UNIT, unusual
+from ..base.units import METRES, unusual
+from ..models.parameter_units import units_of
 from ..models.robots import Biglide, FiveBar
-from .batch import PLACE, check_known, is_number, known_variables, scalar_parameters
+from .batch import check_known, is_number, known_variables, scalar_parameters
 from .closed_forms import CLOSED
 from .one_by_one import ONE_BY_ONE
 from .over_poses import OVER_POSES
@@ -295,8 +296,8 @@ def _from_file(path, robot):
     known = known_variables(robot)
     wanted = {}
     for name in known:
-        unit = METRES if name[0] in "ldr" or name in PLACE else NO_UNIT
-        wanted[name] = Quantity((name,), unit, needed=False)
+        units = METRES if name[0] == "r" else units_of(name, robot.turns)
+        wanted[name] = Quantity((name,), units, needed=False)
     if path.suffix == ".npz":
         arrays = arrays_in(path)
         try:

@@ -167,23 +167,20 @@ def evaluate(
     valid, errors = valid_rows(names, rows, robot)
     chosen = np.flatnonzero(valid)
     place = place_of_design(names, rows)
-    columns: dict[str, list[int]] = {kind: [] for kind in ("closed", "poses", "single", "own")}
-    for k, figure in enumerate(figures):
-        columns[figure.kind].append(k)
-    if columns["closed"]:
-        robots = robots_of_designs(names, rows[chosen], robot)
-        for k in columns["closed"]:
-            values[chosen, k] = figures[k].of(robots)
-    if columns["poses"]:
+    closed = [k for k, figure in enumerate(figures) if figure.kind == "closed"]
+    over_poses = [k for k, figure in enumerate(figures) if figure.kind == "poses"]
+    one_by_one = [k for k, figure in enumerate(figures) if figure.kind in ("single", "own")]
+    for k in closed:
+        values[chosen, k] = figures[k].of(robots_of_designs(names, rows[chosen], robot))
+    if over_poses:
         # Once so much was freed, glibc keeps smaller arrays: it saves a quarter of the time.
         np.empty(2**21)
         step = max(1, BLOCK // len(task.nodes[0]))
         for start in range(0, len(chosen), step):
             part = chosen[start : start + step]
             poses = TaskPoses(robots_of_designs(names, rows[part], robot), task, place[part])
-            for k in columns["poses"]:
+            for k in over_poses:
                 values[part, k] = figures[k].of(poses)
-    one_by_one = sorted(columns["single"] + columns["own"])
     if one_by_one:
         for n in progress(chosen.tolist(), desc="designs", delay=2, leave=False):
             single = robot_of_design(names, rows[n], robot)

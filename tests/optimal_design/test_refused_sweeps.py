@@ -196,11 +196,12 @@ def test_a_file_of_designs_that_is_wrong_says_where(tmp_path):
 def test_files_of_designs_as_people_have_them(tmp_path):
     file = tmp_path / "designs.csv"
     file.write_text(
-        "sep=;\nl1 (mm);l2_mm;d (cm);bars\n100;120,5;5;7\n90;130;4;8\n", encoding="utf-16"
+        "sep=;\nl1 (mm);l2_mm;d (cm);m (g);bars\n100;120,5;5;300;7\n90;130;4;250;8\n",
+        encoding="utf-16",
     )
     done = fb.sweep("bars", file)
-    assert done.names == ("l1", "l2", "d") and done.design(0) == pytest.approx(
-        {"l1": 0.1, "l2": 0.1205, "d": 0.05}
+    assert done.names == ("l1", "l2", "d", "m") and done.design(0) == pytest.approx(
+        {"l1": 0.1, "l2": 0.1205, "d": 0.05, "m": 0.3}
     )
     done.to_csv(tmp_path / "again.csv")  # a sweep's own table
     again = fb.sweep("bars", tmp_path / "again.csv")
