@@ -17,6 +17,7 @@ from .bounds import Bernstein
 DIRECTIONS = 16  # in which an acceleration is limited first
 NEAR = (0.0, 0.01, -0.01, 0.04, -0.04, 0.15, -0.15)  # rad, beside the direction that it had last
 PARTS = "a", "b", "v", "c"
+ONE = np.array([1.0, 1.0, 1.0, 0.0, 0.0])[:, None]  # in Bernstein form
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def rows_of(
     n = len(side)
     rows: list[tuple[dict, str]] = []
     alone: list[tuple[dict, str]] = []  # (row, what it limits)
-    minus_one: list[tuple] = [(-1.0, None)]
+    minus_one: list[tuple] = [(-1.0, ONE)]
     for k, sign in product((0, 1), (1.0, -1.0)):
         joint = k + 1
         for limit in (limits.torque, limits.stall):
@@ -147,7 +148,7 @@ def rows_of(
             across = np.sin(angle) / limits.acceleration
             by_u = [(along, found["g"])]
             by_x = [(along, found["m"]), (across, found["k"])]
-            rows.append(({"a": by_u, "b": by_x, "c": [(-np.cos(opening), None)]}, "tip"))
+            rows.append(({"a": by_u, "b": by_x, "c": [(-np.cos(opening), ONE)]}, "tip"))
         for sign in (1.0, -1.0):
             share = sign / limits.acceleration
             alone.append(({"b": [(share, found["k"])], "c": minus_one}, "speed"))
@@ -161,19 +162,15 @@ def rows_of(
 
 
 def _stacked(rows, n):
-    parts = {name: np.zeros((3, len(rows), n)) for name in PARTS}
-    bend = {name: np.zeros((len(rows), n)) for name in PARTS}
-    slack = {name: np.zeros((len(rows), n)) for name in PARTS}
+    tables = {name: np.zeros((5, len(rows), n)) for name in PARTS}
     for r, (row, _) in enumerate(rows):
         for part, terms in row.items():
             for share, value in terms:
-                if value is None:
-                    parts[part][:, r] += share
-                    continue
-                parts[part][0, r] += share * value.first
-                parts[part][1, r] += share * value.middle
-                parts[part][2, r] += share * value.last
-                bend[part][r] += np.abs(share) * value.bend
-                slack[part][r] += np.abs(share) * value.slack
+                value = np.asarray(value)
+                tables[part][:3, r] += share * value[:3]
+                tables[part][3:, r] += np.abs(share) * value[3:]
+    parts, bend, slack = (
+        {name: table[at] for name, table in tables.items()} for at in (slice(3), 3, 4)
+    )
     limited = np.array([what for _, what in rows])
     return ConstraintRows(parts, bend, slack, limited == "torque", limited == "tip")
