@@ -35,11 +35,12 @@ def above_of(mesh, limits):
     """The rows that a motion keeps, and a curve that none is above."""
     speed = np.full(len(mesh), limits.speed or np.inf)
     about = mesh.side, mesh.turns, _directions(np.zeros(len(mesh))), speed
-    ends = caps(*rows_of(mesh.factors, limits, *about, False))
+    outside = rows_of(mesh.factors, limits, *about, False)
+    ends = caps(outside)
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     length = mesh.stretches.length
     high = np.full(len(mesh), np.inf)
-    above = ceiling(*rows_of(mesh.factors, limits, *about, False), length, top, high, mesh.rest)
+    above = ceiling(outside, length, top, high, mesh.rest)
     return rows_of(mesh.factors, limits, *about, True), above
 
 
@@ -70,16 +71,16 @@ def test_a_stretch_allows_what_keeps_the_limits_all_along(name):
     robot, path, limits = CASES[name]
     rng = np.random.default_rng(2)
     mesh = mesh_of(robot, path, (-1, -1))
-    (rows, alone), above = above_of(mesh, limits)
+    rows, above = above_of(mesh, limits)
     while not np.isfinite(above.size).all():
         mesh = mesh.split(1 + ~np.isfinite(above.size))
-        (rows, alone), above = above_of(mesh, limits)
+        rows, above = above_of(mesh, limits)
     n = len(mesh)
     length = mesh.stretches.length
     near = 0.5 * above.x
     off = np.full(n, 0.01 * mesh.tied.any())
     bent = rng.uniform(-0.7, 0.7, (2, n))[0] * above.size / length
-    table, bends = polygons(rows, alone, length, above, bent, near, off, mesh)
+    table, bends = polygons(rows, length, above, bent, near, off, mesh)
     tied = mesh.tied.any()
     beside = mesh.crossing[1:] | mesh.crossing[:-1]
     fits, possible = np.zeros((2, 2), dtype=int)

@@ -102,11 +102,12 @@ def test_rows_are_above_zero_where_the_models_exceed_a_limit():
         speed = np.full(len(mesh), limits.speed if name == "speed" else np.inf)
         about = mesh.side, mesh.turns, directions, speed
         for inside in (False, True):
-            with_u, without = rows_of(mesh.found, only, *about, inside)
-            rows = without if name in alone else with_u
-            value = sum(rows.parts[part][0] * size for part, size in zip(PARTS, sizes))
+            rows = rows_of(mesh.found, only, *about, inside)
+            # Of an acceleration alone there are rows of x, too.
+            counts = (rows.kind == "speed") == (name in alone)
+            value = sum(rows.parts[part][0, counts] * size for part, size in zip(PARTS, sizes))
             if name in ("torque", "stall"):
-                assert rows.torque.all()
+                assert (rows.kind == "torque").all()
                 value = value / np.abs(rates.pose.det_A)
             expected = (used | alone)[name].max(axis=1) - 1
             off = (value.max(axis=0) - expected)[known]
@@ -147,14 +148,9 @@ def test_caps_are_where_no_acceleration_is_feasible(friction):
     parts["c"] = -np.abs(parts["c"])
     parts["v"] *= friction
     nothing = {name: np.zeros((count, n)) for name in PARTS}
-    alone = {name: np.zeros((3, 0, n)) for name in PARTS}
-    none = {name: np.zeros((0, n)) for name in PARTS}
-    tip = np.arange(count) == 3  # its rows, by themselves, are left to those of x alone
-    flags = np.zeros(count, dtype=bool)
-    largest = caps(
-        ConstraintRows(parts, nothing, nothing, flags, tip),
-        ConstraintRows(alone, none, none, flags[:0], flags[:0]),
-    )
+    # The tip's rows, by themselves, are left to those of x alone.
+    kind = np.array(["torque", "joint", "joint", "tip"])
+    largest = caps(ConstraintRows(parts, nothing, nothing, kind))
     assert (largest[0] == largest[1]).all()
     x = np.geomspace(1e-6, 1e6, 4001)
     a, b, v, c = (parts[name][0][..., None] for name in PARTS)

@@ -288,8 +288,7 @@ def random_rows(rng, count, n, friction):
     }
     bend = {name: rng.uniform(0, 0.02, (count, n)) for name in parts}
     slack = {name: rng.uniform(0, 0.01, (count, n)) for name in parts}
-    flags = np.zeros(count, dtype=bool)
-    return ConstraintRows(parts, bend, slack, flags, flags)
+    return ConstraintRows(parts, bend, slack, np.full(count, "joint"))
 
 
 @pytest.mark.parametrize("friction", [0.0, 1.0])
@@ -348,9 +347,8 @@ def test_x_at_the_nodes_is_that_of_parabolas_from_node_to_node():
     top = rng.uniform(0.3, 2.0, n + 1)
     rest = np.isin(np.arange(n + 1), [0, 17])
     h = rng.uniform(0.01, 0.1, n)
-    alone = ConstraintRows({"b": np.zeros((3, 0, n))}, {}, {}, rows.tip, rows.tip)
     high = np.full(n, np.inf)
-    found = ceiling(rows, alone, h, top, high, rest)
+    found = ceiling(rows, h, top, high, rest)
     parabolas = _parabolas(rows, h, high)
     ends = np.maximum(found.x[:-1], found.x[1:])
     assert (found.high >= ends * (1 - 5e-3)).all() and (found.high < ends + 1.0).all()
@@ -368,7 +366,7 @@ def test_x_at_the_nodes_is_that_of_parabolas_from_node_to_node():
             for name in ("parts", "bend", "slack")
         }
     )
-    other = ceiling(mirrored, alone, h[::-1], top[::-1], high, rest[::-1])
+    other = ceiling(mirrored, h[::-1], top[::-1], high, rest[::-1])
     np.testing.assert_allclose(other.x[::-1], found.x, rtol=1e-9)
     np.testing.assert_allclose(other.time[::-1], found.time, rtol=1e-9)
 
@@ -397,7 +395,9 @@ def test_the_least_time_of_cruising():
     w = rng.uniform(1.0, 1.3, (3, 2, 20))
     c = np.full((3, 2, 20), -2.0)
     bend, slack = rng.uniform(0, 0.01, (2, 2, 20))
-    alone = SimpleNamespace(parts={"b": w, "c": c}, bend={"b": bend}, slack={"b": slack})
+    alone = ConstraintRows(
+        {"b": w, "c": c}, {"b": bend}, {"b": slack}, np.array(["speed", "speed"])
+    )
     length = rng.uniform(0.1, 0.2, 20)
     t = np.linspace(0, 1, 501)
     powers = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
@@ -757,7 +757,7 @@ def test_lines_above_and_below_a_square_root(off):
     n = 4
     v = np.zeros((3, 2, n))
     v[:, 0] = [0.01, 0.5, 0.5, 0.5]
-    rows = SimpleNamespace(parts={"v": v}, torque=np.array([True, False]))
+    rows = SimpleNamespace(parts={"v": v}, kind=np.array(["torque", "joint"]))
     near = np.array([0.4, 0.5, 0.6, 0.0, 0.3])
     one = np.ones(n)
     mesh = SimpleNamespace(tied=np.array([True]), found={"D": SimpleNamespace(middle=one)})

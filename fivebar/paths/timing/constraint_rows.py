@@ -68,22 +68,14 @@ class ConstraintRows(NamedTuple):
     """Rows on n stretches.
 
     parts: {a, b, v, c: (3, rows, n)}, Bernstein coefficients. bend, slack: {a, b, v, c: (rows, n)},
-    by which each may differ (`bounds.Bernstein`). torque, tip (rows,): whether a row limits a
-    torque, or the tip's acceleration.
+    by which each may differ (`bounds.Bernstein`). kind (rows,): "torque", "joint" or "tip" for an
+    acceleration, "speed" for rows of x alone.
     """
 
     parts: dict
     bend: dict
     slack: dict
-    torque: np.ndarray
-    tip: np.ndarray
-
-    def taken(self, at: np.ndarray) -> ConstraintRows:
-        """Return the rows on these stretches alone."""
-        parts, bend, slack = (
-            {name: values[..., at] for name, values in table.items()} for table in self[:3]
-        )
-        return self._replace(parts=parts, bend=bend, slack=slack)
+    kind: np.ndarray
 
     def turned(self, back: np.ndarray) -> ConstraintRows:
         """Return the rows with the stretches `back` (n,) run backwards: u changes its sign."""
@@ -102,8 +94,8 @@ def rows_of(
     directions: np.ndarray,
     speed: np.ndarray,
     inside: bool,
-) -> tuple[ConstraintRows, ConstraintRows]:
-    """Return (rows with u, rows of x alone) on n stretches.
+) -> ConstraintRows:
+    """Return the rows of these limits on n stretches.
 
     side: the sign of det A (n,). turns (2, n): of both joints' derivatives by s. directions (d, n):
     rad from the path's, increasing, in which the acceleration is limited. Of the circle that it may
@@ -111,8 +103,7 @@ def rows_of(
     end-effector, inf where it is free.
     """
     n = len(side)
-    rows: list[tuple[dict, str]] = []
-    alone: list[tuple[dict, str]] = []  # (row, what it limits)
+    rows: list[tuple[dict, str]] = []  # (row, kind)
     minus_one: list[tuple] = [(-1.0, ONE)]
     for k, sign in product((0, 1), (1.0, -1.0)):
         joint = k + 1
@@ -151,14 +142,14 @@ def rows_of(
             rows.append(({"a": by_u, "b": by_x, "c": [(-np.cos(opening), ONE)]}, "tip"))
         for sign in (1.0, -1.0):
             share = sign / limits.acceleration
-            alone.append(({"b": [(share, found["k"])], "c": minus_one}, "speed"))
+            rows.append(({"b": [(share, found["k"])], "c": minus_one}, "speed"))
     if limits.joint_speed is not None:
         for k in (0, 1):
             share = limits.joint_speed[k] ** -2
-            alone.append(({"b": [(share, found[f"w{k + 1}"])], "c": minus_one}, "speed"))
+            rows.append(({"b": [(share, found[f"w{k + 1}"])], "c": minus_one}, "speed"))
     if np.isfinite(speed).any():
-        alone.append(({"b": [(speed**-2.0, found["w0"])], "c": minus_one}, "speed"))
-    return _stacked(rows, n), _stacked(alone, n)
+        rows.append(({"b": [(speed**-2.0, found["w0"])], "c": minus_one}, "speed"))
+    return _stacked(rows, n)
 
 
 def _stacked(rows, n):
@@ -172,5 +163,4 @@ def _stacked(rows, n):
     parts, bend, slack = (
         {name: table[at] for name, table in tables.items()} for at in (slice(3), 3, 4)
     )
-    limited = np.array([what for _, what in rows])
-    return ConstraintRows(parts, bend, slack, limited == "torque", limited == "tip")
+    return ConstraintRows(parts, bend, slack, np.array([kind for _, kind in rows]))

@@ -46,11 +46,12 @@ class Ceiling(NamedTuple):
     stuck: int | None
 
 
-def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
+def caps(rows: ConstraintRows) -> np.ndarray:
     """Return the largest x (2, n) with a feasible u at both ends of stretches, < 0 for none."""
     result = []
     # The rows of the tip's acceleration, by themselves, leave a u up to the row of x alone.
-    first = np.flatnonzero(~rows.tip)
+    first = np.flatnonzero(np.isin(rows.kind, ("torque", "joint")))
+    alone = rows.kind == "speed"
     for at in (0, 2):
         a, *others = (rows.parts[name][at] for name in PARTS)
         da, *slack = (rows.slack[name] + 1e-13 * np.abs(rows.parts[name][at]) for name in PARTS)
@@ -66,9 +67,9 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
             none = (P >= 0) & (Q > 0) & ((V >= 0) | (discriminant < 0))
             bound = np.where(none, -1.0, bound)
             best = np.minimum(best, np.where(a[k] * a < 0, bound, np.inf).min(axis=0))
-        limit = MARGIN - alone.parts["c"][at]
+        limit = MARGIN - rows.parts["c"][at][alone]
         with np.errstate(divide="ignore"):
-            speeds = limit / alone.parts["b"][at]
+            speeds = limit / rows.parts["b"][at][alone]
         bound = np.where(speeds > 0, speeds, np.inf).min(axis=0, initial=np.inf)
         result.append(np.minimum(best, bound) * (1 + MARGIN))
     return np.array(result)
@@ -83,12 +84,7 @@ def _without_u(a, da, f, df, k):
 
 
 def ceiling(
-    rows: ConstraintRows,
-    alone: ConstraintRows,
-    length: np.ndarray,
-    top: np.ndarray,
-    high: np.ndarray,
-    rest: np.ndarray,
+    rows: ConstraintRows, length: np.ndarray, top: np.ndarray, high: np.ndarray, rest: np.ndarray
 ) -> Ceiling:
     """Return the Ceiling of n stretches of these lengths, m.
 
@@ -112,9 +108,7 @@ def ceiling(
     steep = np.where(np.isnan(steep), np.inf, steep)
     sizes = [np.where(each, steep, np.inf).min(axis=0) for each in (back, ~back)]
     size = np.where(np.isinf(sizes), -np.inf, sizes).max(axis=0)
-    time = _least_time(start, u0, u1, end, length)
-    if alone.parts["b"].shape[1]:
-        time = np.maximum(time, _cruise(alone, length))
+    time = np.maximum(_least_time(start, u0, u1, end, length), _cruise(rows, length))
     return Ceiling(x, time, high, np.where(size < 0, np.inf, size), (*stuck, None)[0])
 
 
@@ -223,14 +217,15 @@ def _least_time(start, u0, u1, end, h):
     return np.where(least >= 0, time, 0.0).max(axis=0, initial=0.0) * (1 - 1e-12)
 
 
-def _cruise(alone, length):
+def _cruise(rows, length):
     """Return the least time (n,), s, by rows w x + c <= 0, c < 0 constant: of sqrt(w / -c)."""
-    w = alone.parts["b"]
-    c = -alone.parts["c"][0] + MARGIN
+    alone = rows.kind == "speed"
+    w = rows.parts["b"][:, alone]
+    c = MARGIN - rows.parts["c"][0, alone]
     chord = (w[0] + w[2]) / 2
     sag = np.maximum(chord - w[1], 0.0)
-    less = sag / 2 + alone.bend["b"] / 4 + alone.slack["b"]
+    less = sag / 2 + rows.bend["b"][alone] / 4 + rows.slack["b"][alone]
     first = np.maximum(w[0] - less, 0.0) / c
     last = np.maximum(w[2] - less, 0.0) / c
     # The root of the line from first to last is concave.
-    return ((np.sqrt(first) + np.sqrt(last)) / 2 * length).max(axis=0)
+    return ((np.sqrt(first) + np.sqrt(last)) / 2 * length).max(axis=0, initial=0.0)

@@ -33,7 +33,6 @@ WIDE = 5  # times `off`, up to which x then differs from `near`
 
 def polygons(
     rows: ConstraintRows,
-    alone: ConstraintRows,
     length: np.ndarray,
     above: Ceiling,
     bent: np.ndarray,
@@ -55,7 +54,6 @@ def polygons(
     if back.any():
         # Stretches that end on Type 2 are run backwards.
         rows = rows.turned(back)
-        alone = alone.turned(back)
     first = np.zeros((n, 3))
     last = np.zeros((n, 3))
     first[:, 0] = last[:, 1] = 1.0
@@ -78,10 +76,7 @@ def polygons(
     # There the part v(0) sqrt(x) is taken by its slope at x = at, and by how much it may differ.
     slope = 0.5 / np.sqrt(np.where(starts, at, 1.0))
     bow = (2 * length * size) ** 2 * 4 * slope**3
-    forms = [
-        _left_sides(each, u, x, size, high, root, rounding, starts, slope, bow).reshape(-1, n, 3)
-        for each in (rows, alone)
-    ]
+    sides = _left_sides(rows, u, x, size, high, root, rounding, starts, slope, bow)
     # x on Type 2 is given where it is not free.
     fixed = ((off > 0) & np.where(back, mesh.tied[1:], mesh.tied[:-1]))[:, None]
     bounds = [fixed * (first - _const(at)), fixed * (_const(at) - first)]
@@ -89,7 +84,7 @@ def polygons(
         bounds += [_const(low) - value, value - _const(high)]
     for value in u:
         bounds += [value - _const(size), -value - _const(size)]
-    table = np.concatenate([*forms, np.stack(bounds)])
+    table = np.concatenate([sides.reshape(-1, n, 3), np.stack(bounds)])
     curvature = (u1 - u0) / h
     table[:, back] = table[:, back][..., [1, 0, 2]]
     curvature[back] = curvature[back][:, [1, 0, 2]]
@@ -120,7 +115,7 @@ def _left_sides(rows, u, x, size, high, root, rounding, starts, slope, bow):
     is left open is so much times t. Rounding error is there that at t = NEAREST. slope, bow (n,):
     of v(0) sqrt(x).
     """
-    zero = rows.torque[:, None] & starts
+    zero = (rows.kind == "torque")[:, None] & starts
     parts, bend, slack = rows.parts, rows.bend, rows.slack
     one = _const(np.ones((1, u.shape[1])))
     v = np.where(zero, parts["v"][0], 0.0)
@@ -155,11 +150,12 @@ def _root(rows, mesh, near, off, high):
     low = np.zeros(len(high))
     wide = np.sqrt(high)
     lines = np.array([[0.5 / wide, wide / 2], [1 / wide, low]])
-    if not mesh.tied.any() or not rows.torque.any():
+    torque = rows.kind == "torque"
+    if not mesh.tied.any() or not torque.any():
         return lines, low, high
     least = np.minimum(near[:-1], near[1:])
     most = np.maximum(near[:-1], near[1:])
-    v = np.abs(rows.parts["v"][:, rows.torque]).max(axis=(0, 1))
+    v = np.abs(rows.parts["v"][:, torque]).max(axis=(0, 1))
     close = (v * np.sqrt(most) > TIGHT * np.abs(mesh.found["D"].middle)) & (least > 0)
     if not off.any():
         mean = np.sqrt((least + most) / 2)

@@ -175,14 +175,14 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray) -> Solved:
     length = mesh.stretches.length
     about = mesh.side, mesh.turns, _directions(along)
     speed = np.minimum(mesh.speed, limits.speed or np.inf)
-    rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
-    ends = caps(rows, alone)
+    rows = rows_of(mesh.factors, limits, *about, speed, False)
+    ends = caps(rows)
     top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
         raise _no_motion(mesh, limits, int(np.argmin(top)), True)
     rest = mesh.rest
-    above = ceiling(rows, alone, length, top, high, rest)
+    above = ceiling(rows, length, top, high, rest)
     if above.stuck is not None:
         raise _no_motion(mesh, limits, above.stuck, True)
     # The bounds take as long as two looks.
@@ -193,19 +193,19 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray) -> Solved:
     if not np.isfinite(above.size).all():
         return found._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
-    rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
+    rows = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
     part = np.cumsum(rest[:-1]) - 1  # from rest to rest
     near = above.x
     if mesh.tied.any():
         # x on Type 2, where the criterion takes sqrt(x).
-        table, _ = polygons(rows, alone, length, above, bent, near, none, mesh)
+        table, _ = polygons(rows, length, above, bent, near, none, mesh)
         free, _ = profile(table, above.x, rest)
         near = np.where(free > 0, free, near)
         looks += len(mesh)
     own = none
     for off in _lowered(mesh, part) if mesh.tied.any() else (none,):
         lowered = near * (1 - np.append(off, 0.0))
-        table, bends = polygons(rows, alone, length, above, bent, lowered, off, mesh)
+        table, bends = polygons(rows, length, above, bent, lowered, off, mesh)
         now, stuck = profile(table, above.x, rest)
         curve = bends[:, 0] * now[:-1] + bends[:, 1] * now[1:] + bends[:, 2]
         taken = duration(length, now[:-1], now[1:], curve)
