@@ -200,8 +200,7 @@ def test_corners_of_polygons_are_those_of_linear_programs(largest):
     p = np.concatenate([p, np.full((n, 1), -1.0)], axis=1)
     q = np.concatenate([q, np.zeros((n, 1))], axis=1)
     r = np.concatenate([r, np.zeros((n, 1))], axis=1)
-    lines = -r / p, -q / p
-    x1 = _corners(lines, (r, q), p > 0, p < 0, np.ones(n), largest)
+    x1 = _corners(-r / p, -q / p, p > 0, p < 0, np.ones(n), largest)
     for k in range(n):
         sign = -1.0 if largest else 1.0
         table = np.stack([p[k], q[k]], axis=1)
@@ -474,6 +473,11 @@ def test_a_part_in_which_a_polygon_is_empty_is_told_by_a_node():
     found[15, 3] = [-1.0, 0.0, 1.9]  # it may not be slower than that
     x, stuck = profile(found, top, rest)
     assert len(stuck) == 1 and 12 <= stuck[0] <= 20
+    flat = found.copy()
+    flat[15, 3] = [0.0, -1.0, 1.9]  # nor where it leads to
+    flat[25, 3] = [0.0, 0.0, 1.0]  # never
+    nothing, two = profile(flat, top, rest)
+    assert len(two) == 2 and 20 <= min(two[0], 25) and not nothing[12:].any()
     assert (x[:13] == whole[:13]).all() and (x[20:] == whole[20:]).all() and not x[12:21].any()
 
 

@@ -23,21 +23,25 @@ def profile(table: np.ndarray, top: np.ndarray, rest: np.ndarray) -> tuple[np.nd
     to rest x is 0 where there is a node from which none leads on.
     """
     n = len(table)
-    top = np.where(rest, 0.0, top)
-    p, q, r = (np.ascontiguousarray(table[..., k]) for k in range(3))
+    # Over 0.0, not over -0.0, a row of r > 0 alone leaves no x.
+    p, q, r = (np.ascontiguousarray(table[..., k] + 0.0) for k in range(3))
     up = p > TINY
     down = p < -TINY
+    flat = ~(up | down)
     with np.errstate(all="ignore"):
-        reach = np.where(up | down, -1 / p, 0.0)
-    lines = r * reach, q * reach
+        reach = np.where(flat, 0.0, -1 / p)
+        ends = np.where(flat, -r / q, np.nan)
+    low = np.append(0.0, np.fmax.reduce(ends, axis=1, where=q < 0, initial=0.0))
+    high = np.append(np.inf, np.fmin.reduce(ends, axis=1, where=q >= 0, initial=np.inf))
+    high = np.minimum(high, np.where(rest, 0.0, top))
+    base = r * reach
+    slope = q * reach
     highest, lowest = (
-        _corners(lines, (r, q), up, down, top[1:], largest).tolist() for largest in (True, False)
+        _corners(base, slope, up, down, high[1:], largest).tolist() for largest in (True, False)
     )
-    base, slope = lines
     most = np.where(up, base, np.inf)
     least = np.where(down, base, -np.inf)
-    low = [0.0] * (n + 1)
-    high = top.tolist()
+    low, high = low.tolist(), high.tolist()
     stuck = []
     begins = np.maximum.accumulate(np.where(rest[:-1], np.arange(n), 0)).tolist()
     i = n
@@ -46,7 +50,7 @@ def profile(table: np.ndarray, top: np.ndarray, rest: np.ndarray) -> tuple[np.nd
         x1 = min(max(highest[i], low[i + 1]), high[i + 1])
         high[i] = min(high[i], float((most[i] + slope[i] * x1).min()))
         x1 = min(max(lowest[i], low[i + 1]), high[i + 1])
-        low[i] = max(float((least[i] + slope[i] * x1).max()), 0.0)
+        low[i] = max(low[i], float((least[i] + slope[i] * x1).max()))
         if low[i] > high[i]:
             if low[i] > high[i] + TINY * high[i + 1]:
                 stuck.append(i)
@@ -77,15 +81,15 @@ def _forwards(p, q, r, low, high, begins, stuck):
     return np.array(x), stuck
 
 
-def _corners(lines, flat, up, down, top, largest):
+def _corners(base, slope, up, down, top, largest):
     """Return for each polygon the x1 in [0, top] at which x0 is largest, or least, (n,).
 
-    lines, flat: (constant, slope) (n, rows) in x1 of x0 on the rows `up` and `down`, which bound it
-    from above and below, and of what is <= 0 on the others. Of a concave function of straight
-    lines, x0 less what forbids it times FORBIDDEN, the top is sought where the lines that are met
-    on both sides of it cross.
+    base, slope (n, rows): lines in x1 that bound x0 from above (up) and below (down). Of a concave
+    function of straight lines, x0 less what forbids it times FORBIDDEN, the top is sought where the
+    lines that are met on both sides of it cross.
     """
-    tables = np.stack([*lines, *flat]), up, down
+    tables = np.stack([base, slope]), up, down
+    top = np.maximum(top, 0.0)
     left = _lines(*tables, 0.0 * top, largest)
     right = _lines(*tables, top, largest)
     corner = np.where(left[1] <= 0, 0.0, top)
@@ -106,17 +110,11 @@ def _corners(lines, flat, up, down, top, largest):
     return corner
 
 
-def _lines(table, up, down, x1, largest):
+def _lines(lines, up, down, x1, largest):
     """Return the lines (2, n), constant and slope, of which `_corners` tells, at x1 (n,)."""
-    constant, slope, *flat = table
-    x0 = constant + slope * x1[:, None]
-    left = flat[0] + flat[1] * x1[:, None]
+    x0 = lines[0] + lines[1] * x1[:, None]
     index = np.arange(len(x1))
     i = index, np.where(up, x0, np.inf).argmin(axis=1)
     j = index, np.where(down, x0, -np.inf).argmax(axis=1)
-    m = index, np.where(up | down, -np.inf, left).argmax(axis=1)
-    closed = FORBIDDEN * (x0[j] > x0[i])
-    outside = FORBIDDEN * ((left[m] > 0) & ~(up | down)[m])
-    most, least = table[:2][:, *i], table[:2][:, *j]
-    found = most if largest else -least
-    return found + closed * (most - least) - outside * table[2:][:, *m]
+    most, least = lines[:, *i], lines[:, *j]
+    return (most if largest else -least) + FORBIDDEN * (x0[j] > x0[i]) * (most - least)
