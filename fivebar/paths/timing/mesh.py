@@ -174,14 +174,9 @@ def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
 
 
 def _first(path):
-    lengths = np.diff(path.knots)
+    lengths = np.array([piece.length for piece in path.pieces])
     count = np.maximum(np.ceil(FIRST * lengths / path.length).astype(int), OF_PIECE)
-    piece = np.repeat(np.arange(len(lengths)), count)
-    share = np.concatenate([np.arange(n + 1) / n for n in count])
-    ends = np.repeat(np.array([p.length for p in path.pieces]), count + 1) * share
-    last = np.cumsum(count + 1) - 1
-    starts = np.delete(np.arange(len(ends)), last)
-    return Stretches(piece, ends[starts], ends[starts + 1])
+    return Stretches(np.arange(len(lengths)), 0 * lengths, lengths).parted(count)
 
 
 def _enclosed(robot, path, working, stretches, new=None, found=None):

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.backend import EPS
-from .constraint_rows import ConstraintRows
+from .constraint_rows import PARTS, ConstraintRows
 from .lower_bound import BUMP, Ceiling
 
 if TYPE_CHECKING:
@@ -190,20 +190,14 @@ def _criterion(mesh, i, back, near):
     run backwards.
     """
     end = 2 if back else 0
-
-    def at_node(part, k):
-        value = mesh.found.get(f"{part}{k + 1}")
-        if value is None:
-            return 0.0
-        return value[end][i]
-
-    k = int(np.argmax(np.abs([at_node("a", 0), at_node("a", 1)])))
+    parts = np.zeros((2, len(PARTS)))
+    for joint, part in np.ndindex(parts.shape):
+        if value := mesh.found.get(f"{PARTS[part]}{joint + 1}"):
+            parts[joint, part] = value[end][i]
+    a, b, v, c = parts[np.abs(parts[:, 0]).argmax()]
     sign = -1.0 if back else 1.0
     half = np.sqrt(near) / 2
-    if mesh.tied[i + back]:
-        v = at_node("v", k)
-    else:
-        v = 0.0
-    by_x = at_node("b", k) + (v / (4 * half) if v else 0.0)
-    constant = at_node("c", k) + v * half
-    return -sign * np.array([by_x, 0.0, constant]) / at_node("a", k)
+    v = v * mesh.tied[i + back]
+    by_x = b + v / (4 * half)
+    constant = c + v * half
+    return -sign * np.array([by_x, 0.0, constant]) / a

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ...base.progress import progress
 from .lower_bound import duration as taken
@@ -84,12 +85,10 @@ def _slower(mesh, fast, wanted):
 
 def _mixture(length, fast, slow, wanted):
     """x, bent and the times of the mixture of two motions that takes so long."""
-    low = 0.0
-    high = 1.0
-    for _ in range(60):
-        w = (low + high) / 2
+
+    def mixed(w):
         x = (1 - w) * fast.x + w * slow.x
         bent = (1 - w) * fast.bent + w * slow.bent
-        time = taken(length, x[:-1], x[1:], bent)
-        low, high = (w, high) if time.sum() < wanted else (low, w)
-    return x, bent, time
+        return x, bent, taken(length, x[:-1], x[1:], bent)
+
+    return mixed(brentq(lambda w: mixed(w)[2].sum() - wanted, 0.0, 1.0))
