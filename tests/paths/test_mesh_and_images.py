@@ -16,9 +16,8 @@ from fivebar.paths.placing.tool_regions import _bends, _between, _Image
 from fivebar.paths.timing.bounds import Stretches
 from fivebar.paths.timing.constraint_rows import Limits
 from fivebar.paths.timing.jerk import refuse_kinks
-from fivebar.paths.timing.mesh import mesh_of
+from fivebar.paths.timing.mesh import cut_at_signs, mesh_of
 from fivebar.paths.timing.refusals import where
-from fivebar.paths.timing.sign_changes import cut_at_signs
 from fivebar.paths.timing.solve import refined
 from fivebar.paths.timing.time_path import _timed
 from fivebar.paths.tool import MountedTool

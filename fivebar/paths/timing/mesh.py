@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize.elementwise import find_root
 
-from ...models.physics import physics_of
-from .bounds import Bernstein, Stretches, enclosed
+from ...models.physics import loads_of
+from .bounds import Bernstein, Stretches, asked_on, enclosed
+from .enclosures import TERMS
 from .refusals import VOID, refuse_touching, refuse_undecided, refuse_unreachable, where
-from .sign_changes import cut_at_signs
 
 if TYPE_CHECKING:
     from ...models.robots import Robot
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 FIRST = 96  # stretches of a whole path at first
 OF_PIECE = 8  # of each piece at least: on fewer, often no motion is found
 LONG = 1e-4  # of it: shorter ones are left where it is not known which way a joint turns
+NONE = 1e-12  # of det A, or of a slope: it has no sign
 ZERO = 1e-11  # of a joint's largest derivative: rounding of where it turns round
 SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to touch a singularity
 
@@ -179,45 +181,66 @@ def _first(path):
     return Stretches(np.arange(len(lengths)), 0 * lengths, lengths).parted(count)
 
 
+def cut_at_signs(
+    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+) -> Stretches:
+    """Cut where det A has two signs at a stretch's ends, and with dry friction a joint's slope.
+
+    Where it changes twice on a stretch, that is not decided, and is halved until this shows.
+    """
+    names = ["D", "q1", "q2"] if loads_of(robot).sticks else ["D"]
+
+    def values(s, piece, name):
+        return asked_on(robot, path, working, piece.astype(int), s, s, TERMS - 1)[name].m[0]
+
+    rows = []
+    places = []
+    for name in names:
+        ends = stretches.first, stretches.last
+        first, last = (values(s, stretches.piece, name) for s in ends)
+        row = np.flatnonzero((first * last < 0) & (np.minimum(abs(first), abs(last)) > NONE))
+        rows.append(row)
+        if len(row):
+            at = stretches.taken(row)
+            roots = find_root(partial(values, name=name), (at.first, at.last), args=(at.piece,))
+            places.append(roots.x)
+    return stretches.cut(np.concatenate(rows), np.concatenate([*places, []]))
+
+
 def _enclosed(robot, path, working, stretches, new=None, found=None):
     """Return the Mesh on these stretches, split further where something is not decided.
 
     found: what is known on them but for those that are new (n,).
     """
-    while True:
-        if new is None or new.all():
-            found = enclosed(robot, path, stretches, working)
-        elif new.any():
-            for name, value in enclosed(robot, path, stretches.taken(new), working).items():
-                for old, own in zip(found[name], value):
-                    old[new] = own
-        D = found["D"]
-        # A node on Type 2: det A is 0 to rounding there, and has other signs on both sides.
-        low = np.abs(np.append(D.first, D.last[-1])) <= 1e-12
-        open_ = ~np.isfinite(np.sum([b.middle + b.bend for b in found.values()], axis=0))
-        decided = (D.least() > 0) | (D.largest() < 0)
-        # Beside such a node it is t times a function of degree 1.
-        for ends, here, there in ((low[:-1], D.first, D.last), (low[1:], D.last, D.first)):
-            near = 2 * (D.middle - here)
-            far = there - here
-            decided |= ends & ~(low[:-1] & low[1:]) & (near * far > 0) & (np.abs(near) > D.bend)
-        bad = open_ | ~decided
-        if (physics := physics_of(robot)) is not None and physics.sticks:
-            unknown = (_sign(found["q1"]) == 0) | (_sign(found["q2"]) == 0)
-            bad |= unknown & (stretches.length > LONG * path.length)
-        mesh = Mesh(robot, path, working, stretches, found, low)
-        if not bad.any():
-            refuse_touching(mesh)
-            return mesh
-        tiny = bad & (stretches.length < SHORTEST * path.length)
-        if tiny.any():
-            refuse_undecided(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
-        parts = 1 + bad
-        stretches = stretches.parted(parts)
-        after = cut_at_signs(robot, path, stretches, working)
-        new = None
-        if len(after) == len(stretches):
-            new = np.repeat(bad, parts)
-            again = np.repeat(np.arange(len(bad)), parts)
-            found = {name: value.taken(again) for name, value in found.items()}
-        stretches = after
+    if new is None or new.all():
+        found = enclosed(robot, path, stretches, working)
+    elif new.any():
+        for name, value in enclosed(robot, path, stretches.taken(new), working).items():
+            for old, own in zip(found[name], value):
+                old[new] = own
+    D = found["D"]
+    # A node on Type 2: det A is 0 to rounding there, and has other signs on both sides.
+    low = np.abs(np.append(D.first, D.last[-1])) <= 1e-12
+    open_ = ~np.isfinite(np.sum([b.middle + b.bend for b in found.values()], axis=0))
+    decided = (D.least() > 0) | (D.largest() < 0)
+    # Beside such a node it is t times a function of degree 1.
+    for ends, here, there in ((low[:-1], D.first, D.last), (low[1:], D.last, D.first)):
+        near = 2 * (D.middle - here)
+        far = there - here
+        decided |= ends & ~(low[:-1] & low[1:]) & (near * far > 0) & (np.abs(near) > D.bend)
+    bad = open_ | ~decided
+    if loads_of(robot).sticks:
+        unknown = (_sign(found["q1"]) == 0) | (_sign(found["q2"]) == 0)
+        bad |= unknown & (stretches.length > LONG * path.length)
+    mesh = Mesh(robot, path, working, stretches, found, low)
+    if not bad.any():
+        refuse_touching(mesh)
+        return mesh
+    tiny = bad & (stretches.length < SHORTEST * path.length)
+    if tiny.any():
+        refuse_undecided(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
+    halves = stretches.parted(1 + bad)
+    cut = cut_at_signs(robot, path, halves, working)
+    if len(cut) > len(halves):
+        return _enclosed(robot, path, working, cut)
+    return mesh.split(1 + bad)
