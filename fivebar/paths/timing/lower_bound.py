@@ -48,39 +48,33 @@ class Ceiling(NamedTuple):
 
 def caps(rows: ConstraintRows) -> np.ndarray:
     """Return the largest x (2, n) with a feasible u at both ends of stretches, < 0 for none."""
-    result = []
-    # The rows of the tip's acceleration, by themselves, leave a u up to the row of x alone.
-    first = np.flatnonzero(np.isin(rows.kind, ("torque", "joint")))
+    a, *others = (rows.parts[name][::2] for name in PARTS)
+    da, *slack = (rows.slack[name] + 1e-13 * np.abs(rows.parts[name][::2]) for name in PARTS)
+    slack[-1] = slack[-1] + MARGIN * 4
     alone = rows.kind == "speed"
-    for at in (0, 2):
-        a, *others = (rows.parts[name][at] for name in PARTS)
-        da, *slack = (rows.slack[name] + 1e-13 * np.abs(rows.parts[name][at]) for name in PARTS)
-        slack[-1] = slack[-1] + MARGIN * 4
-        best = np.full(a.shape[1], np.inf)
-        for k in first:
+    with np.errstate(all="ignore"):
+        speeds = (MARGIN - rows.parts["c"][::2, alone]) / rows.parts["b"][::2, alone]
+        best = np.where(speeds > 0, speeds, np.inf).min(axis=1, initial=np.inf)
+        # The rows of the tip's acceleration, by themselves, leave a u up to the row of x alone.
+        for k in np.flatnonzero(np.isin(rows.kind, ("torque", "joint"))):
             # Of two rows with unlike a, P x + V sqrt(x) + Q <= 0, whatever u.
             P, V, Q = (_without_u(a, da, f, df, k) for f, df in zip(others, slack))
             discriminant = V * V - 4 * P * Q
-            with np.errstate(all="ignore"):
-                root = (np.sqrt(np.maximum(discriminant, 0.0)) - V) / (2 * P)
+            root = (np.sqrt(np.maximum(discriminant, 0.0)) - V) / (2 * P)
             bound = np.where(P > 0, root * root, np.inf)
             none = (P >= 0) & (Q > 0) & ((V >= 0) | (discriminant < 0))
             bound = np.where(none, -1.0, bound)
-            best = np.minimum(best, np.where(a[k] * a < 0, bound, np.inf).min(axis=0))
-        limit = MARGIN - rows.parts["c"][at][alone]
-        with np.errstate(divide="ignore"):
-            speeds = limit / rows.parts["b"][at][alone]
-        bound = np.where(speeds > 0, speeds, np.inf).min(axis=0, initial=np.inf)
-        result.append(np.minimum(best, bound) * (1 + MARGIN))
-    return np.array(result)
+            unlike = a[:, [k]] * a < 0
+            best = np.minimum(best, np.where(unlike, bound, np.inf).min(axis=1))
+    return best * (1 + MARGIN)
 
 
 def _without_u(a, da, f, df, k):
     """Return the least f of row k and of each other row, weighted so that u drops out."""
     lowest = f - df
-    least = np.abs(a[k]) * lowest + np.abs(a) * lowest[k]
+    least = np.abs(a[:, [k]]) * lowest + np.abs(a) * lowest[:, [k]]
     size = np.abs(f)
-    return least - da[k] * size - da * size[k]
+    return least - da[:, [k]] * size - da * size[:, [k]]
 
 
 def ceiling(

@@ -19,7 +19,6 @@ from ...constraints.path_check import SAMPLES
 from ...constraints.violations import broken
 from ...models.dynamics import gravity_torques
 from ...models.geometry import igm
-from ...models.physics import physics_of
 from ..curve import Path
 from .constraint_rows import Limits
 from .jerk import enough, in_time, refuse_kinks, smoothed
@@ -209,13 +208,9 @@ def slowness(motion: TimedPath) -> str:
 
 def _ample(mesh, limits, wanted):
     """Return torques in which the motion takes about half of the time that is wanted."""
-    hold = 1.0
-    if (physics := physics_of(mesh.robot)) is not None and physics.has_gravity:
-        ends = [
-            gravity_torques(igm(mesh.robot, mesh.path(stop.s)[0], mesh.working))
-            for stop in mesh.path.stops
-        ]
-        hold += AMPLE * float(np.abs(ends).max())
+    rests = mesh.path(np.array([stop.s for stop in mesh.path.stops]))[0]
+    carry = gravity_torques(igm(mesh.robot, rests, mesh.working))
+    hold = 1.0 + AMPLE * float(np.abs(carry).max())
     before = math.inf
     while True:
         limits = replace(limits, torque=(hold, hold))
