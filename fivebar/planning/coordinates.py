@@ -60,10 +60,6 @@ class TaskCoordinates:
         """Return where an interval that ends at c, c' (scaled) leaves the next one."""
         return c, c_dot
 
-    def first_controls(self, problem: Problem, motion: np.ndarray) -> np.ndarray:
-        """Return bar forces (n, 2), N, to begin with on a motion (n, 6)."""
-        return np.zeros((len(motion), 2))
-
     def at(self, problem: Problem, conditions: dict) -> list:
         """Return [(order, rows, values)]: c (order 0) and c' (1) at a stop are the values.
 
@@ -125,33 +121,6 @@ class BarCoordinates:
         angles = tuple(ca.vertsplit(units * c))
         bars, rates, _ = closed(problem.model, angles, tuple(ca.vertsplit(rate * c_dot)))
         return ca.vertcat(*bars) / units, ca.vertcat(*rates) / rate
-
-    def first_controls(self, problem: Problem, motion: np.ndarray) -> np.ndarray:
-        """Return torques (n, 2), N m, to begin with on a motion (n, 12).
-
-        Their accelerations are as near to the motion's as torques of about the robot's weight
-        allow: near singularities, those that the motion needs may be huge. Without weight there
-        are none.
-        """
-        if not problem.fall:
-            return np.zeros((len(motion), 2))
-        rates = self.accelerations(problem.model, motion).rates
-
-        def accelerations(tau):
-            torques = np.broadcast_to(tau, (len(motion), 2))
-            found = BarAngles().accelerations(forward_dynamics(rates, torques))
-            return np.stack(found, axis=-1) * (problem.length / problem.fall)
-
-        weight = problem.mass * problem.fall * problem.lever
-        free = accelerations([0.0, 0.0])
-        columns = [accelerations(weight * unit) - free for unit in np.eye(2)]
-        slope = np.stack(columns, axis=-1)
-        missing = motion[:, 8:] * (problem.length / problem.fall) - free
-        # Normal equations of least squares, with a ridge of 1.
-        across = np.swapaxes(slope, 1, 2)
-        normal = across @ slope + np.eye(2)
-        share = np.linalg.solve(normal, across @ missing[..., None])
-        return weight * share[..., 0]
 
     def at(self, problem: Problem, conditions: dict) -> list:
         """Return [(order, rows, values)], as of `TaskCoordinates`.

@@ -82,9 +82,8 @@ def first_guess(
     rows = []
     for derivatives, duration, end in zip(motions, durations, ends):
         motion = _in_time(derivatives, duration)
-        controls = problem.coordinates.first_controls(problem, motion)
         times.append(end + duration * (sigma - 1))
-        rows.append(np.concatenate([motion, controls], axis=1))
+        rows.append(np.pad(motion, [(0, 0), (0, 2)]))  # under no force
     times = np.concatenate(times)
     table = np.concatenate(rows)
     return lambda t: _interpolated(t, times, table), durations

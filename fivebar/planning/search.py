@@ -1,7 +1,4 @@
-"""First motions between two poses: straight in the bars' angles, and by way of a third pose.
-
-All of them are pulled taut.
-"""
+"""First motions between two poses: straight in the bars' angles, and by way of a third pose."""
 
 from __future__ import annotations
 
@@ -10,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.backend import atan2
 from ..constraints.constraints import Constraints
 from ..models.four_joints import bars_pose, closed, loop_gap
 from ..models.geometry import Pose, igm
@@ -26,12 +22,9 @@ DETOURS = 24  # places of a pose between
 BY_WAY = 6  # ways through these, at most
 MOST = 6  # ways between two poses
 CLOSES = 1e-9  # of the bars
-POINTS = 61  # of a way, between each two of its poses, and of all of it pulled taut
+POINTS = 61  # of a way, between each two of its poses, and of all of it
 JUMP = 0.7  # rad, between these: more is no motion
 NEWTON = 12  # steps that close the loop
-PULLS = 25  # steps of pulling taut
-STIFF = 30.0  # how far each goes
-LIGHT = 1e-2  # of the robot's inertia is added where it has none
 SAME = 0.3  # rad: ways that are nowhere farther apart are one
 
 
@@ -54,36 +47,35 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
         (end + 2 * np.pi * np.array(counts) for counts in turns),
         key=lambda image: np.abs(image - begin).sum(),
     )
-    if _are_apart(robot, start, goal):
+    direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
+    paths = list(islice((path for path in direct if path is not None), DIRECT))
+    by_way = (_path(robot, each) for each in _detours(robot, start, goal, begin, end))
+    paths += islice((path for path in by_way if path is not None), BY_WAY)
+    if not paths and _are_apart(robot, start, goal):
         raise PlanError(
             "plan: no motion joins start and goal: the aspects that they are in are not connected,"
             " whatever singularity is crossed",
             {},
         )
-    direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
-    paths = list(islice((path for path in direct if path is not None), DIRECT))
-    by_way = (_path(robot, each) for each in _detours(robot, start, goal, begin, end))
-    paths += islice((path for path in by_way if path is not None), BY_WAY)
-    return _distinct(robot, paths) if paths else []
+    return _distinct(robot, paths)
 
 
 def _distinct(robot, paths):
-    """Return the paths pulled taut, without those that are one with a shorter one.
-
-    A path that pulling tears stays as it is.
-    """
-    even = np.stack([_even(robot, path) for path in paths])
-    taut = _closed(robot, _pulled(robot, even), NEWTON)
-    with np.errstate(invalid="ignore"):
-        jumps = np.abs(np.diff(taut, axis=1)).max(axis=(1, 2))
-        torn = ~(jumps < JUMP)
-    taut[torn] = even[torn]
-    lengths = _lengths(robot, taut)[:, -1]
-    kept = []
-    for k in np.lexsort((lengths, torn)):  # what could not be pulled comes last
-        if all(np.abs(taut[k] - way.path).max() > SAME for way in kept):
-            kept.append(Way(taut[k], float(lengths[k])))
+    """Return the paths in even steps, without those that are one with a shorter one."""
+    kept: list[Way] = []
+    for path in sorted(paths, key=lambda path: _along(path)[-1]):
+        along = _along(path)
+        even = np.linspace(0, along[-1], POINTS)
+        columns = [np.interp(even, along, column) for column in path.T]
+        path = _closed(robot, np.stack(columns, axis=1))
+        if all(np.abs(path - way.path).max() > SAME for way in kept):
+            kept.append(Way(path, float(along[-1])))
     return kept[:MOST]
+
+
+def _along(path):
+    """Return the length of a path (n, 4) up to each of its points."""
+    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
 
 
 def ways_between(robot: Robot, stops: list[tuple], constraints: Constraints) -> list[tuple]:
@@ -173,7 +165,7 @@ def _path(robot, points):
     parts = []
     for a, b in zip(points, points[1:]):
         parts.append(a + share * (b - a))
-    path = _closed(robot, np.concatenate([*parts, points[-1][None]]), NEWTON)
+    path = _closed(robot, np.concatenate([*parts, points[-1][None]]))
     if not np.isfinite(path).all():
         return None
     ends = np.array([points[0], points[-1]])
@@ -184,66 +176,10 @@ def _path(robot, points):
     return None
 
 
-def _closed(robot, a, steps):
+def _closed(robot, a):
     c = tuple(np.moveaxis(a, -1, 0))
     rest = tuple(np.zeros_like(each) for each in c)
     with np.errstate(all="ignore"):
-        for _ in range(steps):
+        for _ in range(NEWTON):
             c = closed(robot, c, rest)[0]
     return np.stack(c, axis=-1)
-
-
-def _embedded(robot, a):
-    """Return (q1, q2, x, y) of bars (..., 4) times the roots of the inertias, and these roots.
-
-    Then twice the kinetic energy is the square of the speed. The inertias are a little larger than
-    the robot's, so that none is 0.
-    """
-    size = max(robot.distal)
-    lever = size if robot.turns else 1.0
-    # Grouped parameters may be negative.
-    inertias = [abs(inertia) for inertia in robot.inertias]
-    m = abs(robot.m)
-    turning = sum(inertias) * (size / lever) ** 2
-    light = LIGHT * (m * size**2 + turning)
-    drives = [inertia + light * (lever / size) ** 2 for inertia in inertias]
-    tip = m + light / size**2
-    roots = np.sqrt([*drives, tip, tip])
-    c = tuple(np.moveaxis(a, -1, 0))
-    x, y = bars_pose(robot, c).point
-    coordinates = np.stack([c[0], c[2], x, y], axis=-1)
-    return coordinates * roots, roots
-
-
-def _lengths(robot, a):
-    """Return the lengths of paths (..., n, 4) up to each of their points."""
-    steps = np.linalg.norm(np.diff(_embedded(robot, a)[0], axis=-2), axis=-1)
-    return np.insert(np.cumsum(steps, axis=-1), 0, 0.0, axis=-1)
-
-
-def _even(robot, path):
-    """Return POINTS points of a path in even steps, with a closed loop."""
-    along = _lengths(robot, path)
-    even = np.linspace(0, along[-1], POINTS)
-    columns = [np.interp(even, along, column) for column in path.T]
-    return _closed(robot, np.stack(columns, axis=1), NEWTON)
-
-
-def _pulled(robot, paths):
-    """Return paths (k, POINTS, 4) pulled taut on the surface of poses, towards least energy."""
-    chain = np.zeros((POINTS, POINTS))
-    for k in range(1, POINTS - 1):
-        chain[k, k - 1 : k + 2] = -1.0, 2.0, -1.0
-    smooth = np.linalg.inv(np.eye(POINTS) + STIFF * chain)
-    for _ in range(PULLS):
-        points, roots = _embedded(robot, paths)
-        q1, q2, *xi = np.moveaxis(smooth @ points / roots, -1, 0)
-        pulled = []
-        for q, column, drive in zip((q1, q2), (1, 3), robot.drives):
-            x, y = drive.pivot(drive.direction(q))
-            phi = atan2(xi[1] - y, xi[0] - x)
-            pulled += [q, _nearest(phi, paths[..., column])]
-        ends = paths[:, [0, -1]]
-        paths = _closed(robot, np.stack(pulled, axis=-1), 3)
-        paths[:, [0, -1]] = ends
-    return paths

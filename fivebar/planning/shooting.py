@@ -1,14 +1,14 @@
 """Many coarse motions of the four bars at a time, by multiple shooting.
 
-Each is a chain of intervals with constant torques. Newton steps, with curvature made positive,
-close the gaps between the intervals and lower the cost, which limits that are broken raise. On the
-loop's surface the state has four directions, so that a step of all motions takes milliseconds.
+Each is a chain of intervals with constant torques. Gauss and Newton's steps close the gaps between
+the intervals and lower the cost, which limits that are broken raise. On the loop's surface the
+state has four directions, so that a step of all motions takes milliseconds.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -17,7 +17,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from ..models.charts import BarAngles
 from ..models.dynamics import forward_dynamics
-from ..models.four_joints import bars_pose, bars_rates, closed, closure_columns, gap_rate, loop_gap
+from ..models.four_joints import bars_pose, bars_rates, closed, closure_columns, gap_rate
 from .coordinates import bar_accelerations
 from .functions import MotionPoint
 from .problem import Problem
@@ -75,11 +75,6 @@ class Shooting:
         rate = ca.vertcat(*gap_rate(columns, rates))
         by_bars = ca.horzcat(*(ca.vertcat(*column) for column in columns))
         self.loop = _function([x], [by_bars, ca.densify(ca.jacobian(rate, x[:4]))])
-        force = ca.SX.sym("force", 4)
-        pull = ca.SX.sym("pull", 4)
-        gap = ca.vertcat(*loop_gap(bars_pose(robot, bars)), rate)
-        curve = ca.dot(force, bends) - ca.dot(pull, gap)
-        self.bend = _function([x, torques, force, pull], [ca.densify(ca.hessian(curve, both)[0])])
         self.stage = self._stage(x, torques, t, h, bends, duration)
 
     def _own_unit(self):
@@ -145,11 +140,16 @@ def _closed(robot, x):
     return ca.vertcat(*bars, *rates)
 
 
+@lru_cache(maxsize=256)
+def _mapped(function, count):
+    return function.map(count)
+
+
 def at_all(function: ca.Function, *inputs: np.ndarray) -> list[np.ndarray]:
     """Return a function's outputs for a batch, (*batch, rows, columns) or (*batch, rows)."""
     shape = inputs[0].shape[:-1]
     buffer: Any
-    buffer, run = function.map(math.prod(shape)).buffer()
+    buffer, run = _mapped(function, math.prod(shape)).buffer()
     given: list[Any] = [np.ascontiguousarray(each) for each in inputs]
     for k, each in enumerate(given):
         buffer.set_arg(k, memoryview(each))
@@ -183,7 +183,6 @@ class Motions:
         self.damping = np.ones(len(x))
         self.share = np.ones(len(x))
         self.weights = np.zeros(self.h.shape)  # of gaps, in the merit
-        self.multipliers = np.zeros((*self.h.shape, 4))
         self.values = self._valued(x, torques)
         self.linear = self._linear(np.arange(len(x)))
 
@@ -239,12 +238,7 @@ class Motions:
         back = tangent[:, 1:].swapaxes(-1, -2).copy()
         tangent[..., 4:, :2] = -bend
         gap = (back @ (ends - x[:, 1:])[..., None])[..., 0]
-        by_state = back @ power
-        normal = np.zeros((*x.shape[:2], 4, 8))
-        normal[..., :2, :4] = by_bars
-        normal[..., 2:, :4] = of_rate
-        normal[..., 2:, 4:] = by_bars
-        return [tangent, by_state @ tangent[:, :-1], back @ to_torques, gap, by_state, back, normal]
+        return [tangent, back @ power @ tangent[:, :-1], back @ to_torques, gap]
 
     def gaps(self, ends: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return the gaps after the intervals (k, n), scaled."""
@@ -295,7 +289,6 @@ class Motions:
         taken = np.flatnonzero(better)
         self.x[taken] = x[taken]
         self.torques[taken] = torques[taken]
-        self.multipliers[taken] = self.next[taken]
         for own, new in zip(self.values, values):
             own[taken] = new[taken]
         if len(taken):
@@ -303,11 +296,11 @@ class Motions:
                 own[taken] = new
 
     def _step(self):
-        """Return the step of x and of the torques, and multipliers of the gaps, scaled.
+        """Return the step of x and of the torques, and sizes of the gaps' multipliers, scaled.
 
         The linear and quadratic problem is solved from the last node to the first one (Riccati).
         """
-        tangent, by_start, by_torques, gap, by_state, to_tangent, normal = self.linear
+        tangent, by_start, by_torques, gap = self.linear
         share = (self.h / self.duration[:, None] / self.shooting.unit)[..., None]
         gradient = share * self.values[5]
         hessian = share[..., None] * self.values[6]
@@ -320,16 +313,6 @@ class Motions:
         # In a tangent, the size of a direction is that of its bars and its rates.
         scaled = tangent / units[:, None]
         metric = scaled.swapaxes(-1, -2) @ scaled
-        # Curvature of the motion and of the loop, by the multipliers of the last step.
-        ahead = self.multipliers
-        full = (to_tangent.swapaxes(-1, -2) @ ahead[..., None])[..., 0]
-        h = self.h[..., None]
-        push = h * full[..., 4:] + h**2 / 2 * full[..., :4]
-        pulled = gradient[..., :8] + (by_state.swapaxes(-1, -2) @ ahead[..., None])[..., 0]
-        c = normal[:, :-1]
-        pull = np.linalg.solve(c @ c.swapaxes(-1, -2), c @ pulled[..., None])[..., 0]
-        middle = (self.values[1] + self.values[2]) / 2
-        hessian = hessian + at_all(self.shooting.bend, middle, self.torques, push, pull)[0]
         xx = back @ hessian[..., :8, :8] @ start
         ux = hessian[..., 8:, :8] @ start
         uu = hessian[..., 8:, 8:] + torque_damping[:, None]
@@ -372,49 +355,16 @@ class Motions:
         move = np.zeros((count, n, 2))
         forces = np.zeros((count, n))
         z = bend[:, 0]
-        found = np.zeros((count, n, 4))
         for k in range(n):
             gain = gains[-1 - k]
             move[:, k] = -gain[..., 4] - _times(gain[..., :4], z)
             z = _times(by_start[:, k], z) + _times(by_torques[:, k], move[:, k]) + gap[:, k]
             multipliers = slopes[-2 - k] + _times(values[-2 - k], z)
-            found[:, k] = multipliers
             size = np.linalg.norm(scaled[:, k + 1], axis=1)
             forces[:, k] = np.linalg.norm(multipliers / size, axis=1)
             bend[:, k + 1] = z
         bend[:, -1] = 0.0
-        self.next = found
         return _times(tangent, bend), move, forces
-
-    def of(self, which: Sequence[int], count: int) -> Motions:
-        """Return some of the motions on `count` intervals, shorter where they are faster."""
-        chosen = []
-        share = np.diff(self.stops) / self.stops[-1]
-        sizes = np.maximum(np.round(count * share).astype(int), 2)
-        stops = np.append(0, np.cumsum(sizes))
-        for k in which:
-            t = self.times[k]
-            rates = np.abs(self.x[k, :, 4:] / self.shooting.units[:4]).max(axis=1)
-            density = 1 / np.diff(t[self.stops]).min() * 10 + (rates[1:] + rates[:-1]) / 2
-            along = np.append(0.0, np.cumsum(density * self.h[k]))
-            parts = [np.zeros(1)]
-            for first, last, size in zip(self.stops, self.stops[1:], sizes):
-                even = np.linspace(along[first], along[last], size + 1)[1:]
-                parts.append(np.interp(even, along, t))
-            new = np.concatenate(parts)
-            new[stops] = t[self.stops]
-            bars = spline(t, self.x[k])
-            x = np.concatenate([bars(new), bars.derivative()(new)], axis=1)
-            x[stops] = self.x[k, self.stops]
-            work = np.concatenate(
-                [np.zeros((1, 2)), np.cumsum(self.h[k, :, None] * self.torques[k], 0)]
-            )
-            mean = [np.diff(np.interp(new, t, column)) / np.diff(new) for column in work.T]
-            chosen.append((x, np.stack(mean, axis=1), new))
-        x, torques, times = map(np.array, zip(*chosen))
-        motions = Motions(self.shooting, x, torques, times, stops)
-        motions.damping = self.damping[list(which)]
-        return motions
 
 
 def _times(matrices, vectors):

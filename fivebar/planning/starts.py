@@ -24,12 +24,11 @@ FALLING = 7.5
 PLANNED = 4.0  # of the plan's first mesh, in that time
 TURN = 0.25  # rad or bars that a coarse motion moves in an interval of the plan's first mesh
 MOST_INTERVALS = 400
-SWINGS = 16
-NODES = 2000  # of all motions together
+SWINGS = 32
+NODES = 4000  # of all motions together
 # Of the first guess's, where the duration is free.
 DURATIONS = 1.0, 0.6, 1.6
-# Intervals (over those of the coarse mesh), steps, and motions that are kept for the next mesh.
-STAGES = (1.0, 8, 8), (1.5, 8, 4)
+STEPS = 16
 CLOSED = 0.5  # sum of all gaps, scaled, of a motion that may lead to a plan
 SAME = 0.3  # rad or bars: motions that are nowhere farther apart are one
 
@@ -86,9 +85,9 @@ def starts_between(
         if len(problem.stops) == 2:
             start, goal = (conditions[0] for conditions, _ in problem.stops)
             own = min(SWINGS, most) // len(factors)
-            found = swings(shooting, start, goal, factor * duration, 2 * count, own)
+            found = swings(shooting, start, goal, factor * duration, count, own)
             if found is not None:
-                shot.append(found.of(range(len(found.x)), count))
+                shot.append(found)
     motions = Motions.together(shot)
     number = len(motions.x) - along
     even = max(intervals, math.ceil(PLANNED * falls))
@@ -96,22 +95,15 @@ def starts_between(
         Start(each, mesh_of(even, durations), durations, guess)
         for each, guess, durations in guesses
     ]
-    for finer, steps, kept in STAGES:
-        if finer > 1.0:
-            kept_motions = _best(motions)[:kept]
-            if not kept_motions:
-                return raw, number
-            motions = motions.of(kept_motions, math.ceil(finer * count))
-        for _ in range(steps):
-            if is_over():
-                return raw, number
-            motions.improve()
-    best = [k for k in _best(motions) if motions.open[k] < CLOSED]
+    for _ in range(STEPS):
+        if is_over():
+            return raw, number
+        motions.improve()
     coarse = []
-    for k in best:
-        moves = np.abs(np.diff(motions.x[k, :, :4] / motions.shooting.units[:4], axis=0))
+    for k in _best(motions):
+        moves = np.abs(np.diff(motions.x[k, :, :4] / shooting.units[:4], axis=0))
         own = max(intervals, math.ceil(moves.max(axis=1).sum() / TURN))
-        coarse.append(_start(problem, motions.of([k], own), motions, k))
+        coarse.append(_start(problem, motions, k, own))
     return coarse + raw, number
 
 
@@ -139,33 +131,35 @@ def _along(shooting, problem, guess, durations, factor, mesh):
 
 
 def _best(motions):
-    """Return numbers of different motions, that of the least merit first."""
+    """Return numbers of different motions whose gaps are small, that of the least merit first."""
     share = np.linspace(0, 1, 41)
     kept = []
     seen = []
-    merit = motions.merit()
-    for k in np.argsort(merit):
+    merit = np.where(motions.open < CLOSED, motions.merit(), np.nan)
+    for k in np.argsort(merit)[: np.isfinite(merit).sum()]:
         t = motions.times[k]
         bars = spline(t, motions.x[k])(share * t[-1]) / motions.shooting.units[:4]
-        is_new = all(np.abs(bars - other).max() > SAME for other in seen)
-        if is_new and np.isfinite(merit[k]):
+        if all(np.abs(bars - other).max() > SAME for other in seen):
             kept.append(int(k))
             seen.append(bars)
     return kept
 
 
-def _start(problem, mesh, motions, k):
-    """Return the Start of motion k, on the mesh of another one."""
+def _start(problem, motions, k, intervals):
+    """Return the Start of motion k, on a mesh that is finer where it is faster."""
     x, times = motions.x[k], motions.times[k]
     stops = []
     for number, (conditions, t) in zip(motions.stops, problem.stops):
         stops.append((conditions | {0: x[number, :4]}, t))
     own = replace(problem, stops=tuple(stops))
-    knots = mesh.times[0]
-    ends = knots[mesh.stops]
-    parts = []
-    for first, last in zip(mesh.stops, mesh.stops[1:]):
-        part = knots[first : last + 1]
-        parts.append((part - part[0]) / (part[-1] - part[0]))
+    durations = np.diff(times[motions.stops])
+    rates = np.abs(x[:, 4:] / motions.shooting.units[:4]).max(axis=1)
+    density = 10 / durations.min() + (rates[1:] + rates[:-1]) / 2
+    along = np.append(0.0, np.cumsum(density * np.diff(times)))
+    mesh = []
+    for knots, first, last in zip(mesh_of(intervals, durations), motions.stops, motions.stops[1:]):
+        even = along[first] + (along[last] - along[first]) * knots
+        part = np.interp(even, along, times)
+        mesh.append((part - part[0]) / (part[-1] - part[0]))
     guess = CoarseGuess(times, x, motions.torques[k])
-    return Start(own, parts, np.diff(ends), guess, float(motions.cost[k]))
+    return Start(own, mesh, durations, guess, float(motions.cost[k]))

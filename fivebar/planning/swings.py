@@ -24,13 +24,14 @@ def swings(
 ) -> Motions | None:
     """Return `most` motions on `count` intervals that nearly join two poses, the best first.
 
+    They are sampled in steps of half an interval.
+
     start, goal: bars (4,); whole turns of the goal's may be added.
     """
     rng = np.random.default_rng(53)
-    half = count // 2
-    h = duration / (2 * half)
-    there, push = _sampled(shooting, start, half, h, rng)
-    back, pull = _sampled(shooting, goal, half, -h, rng)
+    h = duration / (2 * count)
+    there, push = _sampled(shooting, start, count, h, rng)
+    back, pull = _sampled(shooting, goal, count, -h, rng)
     if not len(there) or not len(back):
         return None
     last, first = there[:, None, -1], back[None, :, -1]
@@ -56,8 +57,9 @@ def swings(
             torques.append(np.concatenate([push[i], pull[j, ::-1]]))
         if len(chosen) == most:
             break
-    times = np.tile(np.linspace(0, duration, 2 * half + 1), (len(chosen), 1))
-    return Motions(shooting, np.array(chosen), np.array(torques), times, np.array([0, 2 * half]))
+    times = np.tile(np.linspace(0, duration, count + 1), (len(chosen), 1))
+    mean = np.reshape(torques, (len(chosen), count, 2, 2)).mean(axis=2)
+    return Motions(shooting, np.array(chosen)[:, ::2], mean, times, np.array([0, count]))
 
 
 def _sampled(shooting, bars, count, h, rng):

@@ -5,9 +5,9 @@ import pytest
 
 import fivebar as fb
 from fivebar import view
-from fivebar.models.four_joints import bars_pose, bars_rates, loop_gap
+from fivebar.models.four_joints import bars_rates, loop_gap
 from fivebar.planning.coordinates import bars, tangent
-from fivebar.planning.search import _lengths, ways
+from fivebar.planning.search import ways
 
 ROBOT = fb.FiveBar()
 ASPECTS = fb.aspects(ROBOT)
@@ -16,23 +16,6 @@ BIGLIDE = fb.Biglide()
 
 def inside(number):
     return fb.igm(ROBOT, ASPECTS[number - 1].point, ASPECTS[number - 1].working)
-
-
-@pytest.mark.parametrize("robot", [ROBOT, fb.FiveBar(m=1e-9), BIGLIDE, fb.Biglide(m=0.0)])
-def test_the_length_of_a_way_is_of_its_energy_and_has_no_unit(robot):
-    """Twice the kinetic energy, a hundredth of all inertias beside it; in millimetres it is as many times longer."""
-    rng = np.random.default_rng(5)
-    a = rng.uniform(0.3, 0.7, (1, 4)) + np.array([[0.0], [1e-6]]) * rng.normal(size=4)
-    length = _lengths(robot, a)[-1]
-    step = np.diff(a, axis=0)[0]
-    xi = np.diff(np.stack(bars_pose(robot, tuple(a.T)).point), axis=1)[:, 0]
-    drives = np.array(robot.inertias)
-    energy = drives @ step[[0, 2]] ** 2 + robot.m * (xi @ xi)
-    size = max(robot.distal)
-    arm = size if robot.turns else 1.0
-    whole = robot.m * size**2 + drives.sum() * (size / arm) ** 2
-    most = 0.01 * whole * ((step[[0, 2]] * arm) @ (step[[0, 2]] * arm) + xi @ xi) / size**2
-    assert length**2 == pytest.approx(energy + most, rel=1e-5, abs=0.0)
 
 
 # By Type 2; by both legs' Type 1 and Type 2; into the smallest aspect; through leg's folds or Type 2.
