@@ -99,7 +99,8 @@ def in_bars(problem: Problem) -> list[tuple[Problem, list[np.ndarray]]]:
     legs = list(zip(points, points[1:]))
     ways = [[_path(problem, a, b) for a, b in legs]]
     if len(legs) == 1:
-        ways += [[path] for path in _bent_paths(problem, *legs[0])]
+        arcs = [bent(*legs[0], bend * problem.length) for bend in BENDS]
+        ways += [[arc] for arc in arcs if (_blocked(problem, arc) <= 0).all()]
     found = []
     for way in ways:
         pose = igm(problem.robot, np.concatenate(way), problem.working)
@@ -114,17 +115,11 @@ def in_bars(problem: Problem) -> list[tuple[Problem, list[np.ndarray]]]:
     return found
 
 
-def _bent_paths(problem, a, b):
-    """Return paths that bend to a side, those that the limits allow."""
-    x, y = (b - a) / max(np.linalg.norm(b - a), 1e-300)
+def bent(a: np.ndarray, b: np.ndarray, bend: float) -> np.ndarray:
+    """Return points (61, 2) of a parabola from a to b that is `bend`, m, to their left at most."""
     share = np.linspace(0, 1, 61)[:, None]
-    found = []
-    for bend in BENDS:
-        side = bend * problem.length * np.array([-y, x])
-        path = a + share * (b - a) + 4 * share * (1 - share) * side
-        if (_blocked(problem, path) <= 0).all():
-            found.append(path)
-    return found
+    x, y = (b - a) / max(np.linalg.norm(b - a), 1e-300)
+    return a + share * (b - a) + 4 * share * (1 - share) * bend * np.array([-y, x])
 
 
 def _in_time(derivatives, duration):

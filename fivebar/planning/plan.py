@@ -59,6 +59,7 @@ WORTH = 2.0  # of the least cost on the coarse mesh: that of starts which are
 CLOSE = 1.1  # of the least cost on the first mesh: that of motions that are refined once
 GAIN = 0.02  # that another plan may bring: less is not worth its time
 NEAR = 0.1  # of a distal bar: motions that are nowhere farther apart are one
+ITERATIONS = 60, 100  # of IPOPT, at most, of a start that is not insisted on and of one that is
 SMOOTHINGS = 1.0, 0.2  # rad/s, of dry friction, on the first meshes
 FAILURES = 8  # of starts, after which the search ends
 CHANCES = 2  # of them from the coarse mesh
@@ -450,10 +451,11 @@ class _PlanSearch:
         if not self.insists:
             left = min(left / 2, (PART, MORE)[self.best is not None] * most)
         problem = self.problem
-        key = problem.slow, elastic, problem.in_bars, float(self.start.durations.sum())
+        key = problem.slow, elastic, problem.in_bars
         if key not in self.intervals:
             self.intervals[key] = Interval(problem, mesh, durations, guess, elastic)
-        found = solve(self.intervals[key].to(problem.stops), mesh, durations, guess, left)
+        interval = self.intervals[key].to(problem.stops)
+        found = solve(interval, mesh, durations, guess, left, ITERATIONS[self.insists])
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
         seconds = self.clock.seconds

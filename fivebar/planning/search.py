@@ -14,6 +14,7 @@ from ..models.robots import Robot
 from ..singularities.locus import MODES
 from ..singularities.passages import routes
 from .coordinates import bars
+from .guess import BENDS, bent
 from .problem import PlanError, refuse_pose
 
 IMAGES = 30  # turns of the goal's bars that are tried, at most
@@ -49,6 +50,7 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
     )
     direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
     paths = list(islice((path for path in direct if path is not None), DIRECT))
+    paths += _in_their_modes(robot, start, goal)
     by_way = (_path(robot, each) for each in _detours(robot, start, goal, begin, end))
     paths += islice((path for path in by_way if path is not None), BY_WAY)
     if not paths and _are_apart(robot, start, goal):
@@ -129,6 +131,18 @@ def _poses(robot, given, name, constraints):
     return [given]
 
 
+def _in_their_modes(robot, start, goal):
+    """Yield ways of the tip that is straight or bent to a side, where the modes are the same."""
+    if (start.working != goal.working).any():
+        return
+    for bend in (0.0, *BENDS):
+        points = bent(start.xi, goal.xi, bend * sum(robot.distal) / 2)
+        pose = igm(robot, points, start.working, unreachable="nan")
+        path = _continuous(np.unwrap(bars(pose), axis=0))
+        if path is not None:
+            yield path
+
+
 def _are_apart(robot, start, goal):
     """Whether no route joins poses; False where aspects are not known, or a pose is singular."""
     try:
@@ -166,14 +180,14 @@ def _path(robot, points):
     for a, b in zip(points, points[1:]):
         parts.append(a + share * (b - a))
     path = _closed(robot, np.concatenate([*parts, points[-1][None]]))
-    if not np.isfinite(path).all():
-        return None
     ends = np.array([points[0], points[-1]])
     if np.abs(path[[0, -1]] - ends).max() > 1e-6:
         return None
-    if np.abs(np.diff(path, axis=0)).max() < JUMP:
-        return path
-    return None
+    return _continuous(path)
+
+
+def _continuous(path):
+    return path if np.abs(np.diff(path, axis=0)).max() < JUMP else None  # None for nan, too
 
 
 def _closed(robot, a):

@@ -27,7 +27,7 @@ BROKEN = 1e2  # weight of the square of a limit's excess, over the cost
 FARTHEST = 1.0  # rad or bars that a step may move a node
 FAST = 0.35  # rad or bars of an interval, beyond which a motion is too fast for it
 # Changes of damping and of the share of a step after one that is taken, and one that is not.
-EASIER, HARDER = 4.0, 4.0
+EASIER, HARDER = 1.5, 4.0
 RIDGE = 1e-12  # of the diagonal of a matrix that is singular
 GAUSS = np.array([0.5 - math.sqrt(3) / 6, 0.5 + math.sqrt(3) / 6])
 
@@ -285,7 +285,7 @@ class Motions:
         better = (after < before) & ~far
         self.damping *= np.where(better, 1 / EASIER, HARDER)
         self.damping = self.damping.clip(1e-5, 1e4)
-        self.share = np.where(better, self.share * EASIER, self.share / HARDER).clip(max=1.0)
+        self.share = np.where(better, self.share * HARDER, self.share / HARDER).clip(max=1.0)
         taken = np.flatnonzero(better)
         self.x[taken] = x[taken]
         self.torques[taken] = torques[taken]

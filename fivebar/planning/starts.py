@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # Intervals of the coarse mesh: at least, and in the time that a bar takes to fall by half of its
 # length.
 LEAST_INTERVALS = 24
-FALLING = 7.5
+FALLING = 12.0
 PLANNED = 4.0  # of the plan's first mesh, in that time
 TURN = 0.25  # rad or bars that a coarse motion moves in an interval of the plan's first mesh
 MOST_INTERVALS = 400
@@ -28,7 +28,8 @@ SWINGS = 32
 NODES = 4000  # of all motions together
 # Of the first guess's, where the duration is free.
 DURATIONS = 1.0, 0.6, 1.6
-STEPS = 16
+STEPS = 20
+KEPT = 10  # motions
 CLOSED = 0.5  # sum of all gaps, scaled, of a motion that may lead to a plan
 SAME = 0.3  # rad or bars: motions that are nowhere farther apart are one
 
@@ -100,7 +101,7 @@ def starts_between(
             return raw, number
         motions.improve()
     coarse = []
-    for k in _best(motions):
+    for k in _best(motions)[:KEPT]:
         moves = np.abs(np.diff(motions.x[k, :, :4] / shooting.units[:4], axis=0))
         own = max(intervals, math.ceil(moves.max(axis=1).sum() / TURN))
         coarse.append(_start(problem, motions, k, own))
