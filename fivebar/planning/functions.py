@@ -77,12 +77,12 @@ class OwnFunctions:
     def __getstate__(self) -> dict:
         return {"costs": self.costs, "constraints": self.constraints, "text": self.text}
 
-    def kept(self, point: MotionPoint) -> dict[str, np.ndarray]:
-        """Return {name: value (n,)} of the constraints along a motion of numbers, (n, 2) each."""
+    def values(self, point: MotionPoint) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return the cost (n,) and {name: constraint (n,)} along numbers (n, 2)."""
         t: Any = point.t
         columns = map(np.transpose, point[1:])
-        _, values = self.function(t[None], *columns)
-        return dict(zip(self.constraints, values.full(), strict=True))
+        cost, values = (each.full() for each in self.function(t[None], *columns))
+        return cost[0], dict(zip(self.constraints, values, strict=True))
 
 
 def _expression(what, function, point):

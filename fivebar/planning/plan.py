@@ -59,7 +59,6 @@ WORTH = 2.0  # of the least cost on the coarse mesh: that of starts which are
 CLOSE = 1.1  # of the least cost on the first mesh: that of motions that are refined once
 GAIN = 0.02  # that another plan may bring: less is not worth its time
 NEAR = 0.1  # of a distal bar: motions that are nowhere farther apart are one
-ITERATIONS = 60, 100  # of IPOPT, at most, of a start that is not insisted on and of one that is
 SMOOTHINGS = 1.0, 0.2  # rad/s, of dry friction, on the first meshes
 FAILURES = 8  # of starts, after which the search ends
 CHANCES = 2  # of them from the coarse mesh
@@ -201,6 +200,12 @@ def plan(
     if duration is not None and not (weights["effort"] or weights["jerk"] or (own and own.costs)):
         raise ValueError(
             'plan: with a duration all motions take as long: leave it out, or weigh "effort" too'
+        )
+    if free and not (weights["effort"] or constraints.torque or (own and own.costs)):
+        raise ValueError(
+            "plan: between Poses a motion may cross a Type-2 singularity, where without a torque"
+            ' among the constraints or a weight on "effort" the torque has no bound; or keep the'
+            " modes, by the constraint sin"
         )
     if free:
         ways = ways_between(robot, timed(start, goal, duration, via), constraints)
@@ -454,8 +459,7 @@ class _PlanSearch:
         key = problem.slow, elastic, problem.in_bars
         if key not in self.intervals:
             self.intervals[key] = Interval(problem, mesh, durations, guess, elastic)
-        interval = self.intervals[key].to(problem.stops)
-        found = solve(interval, mesh, durations, guess, left, ITERATIONS[self.insists])
+        found = solve(self.intervals[key].to(problem.stops), mesh, durations, guess, left)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
         seconds = self.clock.seconds
@@ -500,7 +504,9 @@ class _PlanSearch:
             if fails:
                 reason += " (functions of your own need slopes that do not jump, as at a root of 0)"
         limits = problem.constraints.torque, problem.constraints.motors
-        if fails and problem.working is None and not problem.weights["effort"] and not any(limits):
+        own = problem.own is not None and problem.own.costs
+        is_bounded = problem.weights["effort"] or any(limits)
+        if own and not is_bounded and (fails or reason.startswith("not accurate")):
             reason += " (nothing bounds the torque: a constraint would, or a weight on effort)"
         for name, stop in zip(("start", "goal"), (problem.stops[0], problem.stops[-1])):
             motion = np.append(stop[0][0], np.zeros(2 * problem.coordinates.size))

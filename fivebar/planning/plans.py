@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import simpson
 
 from ..base.presentation import Animated
 from ..base.representation import one_line
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 
 AGAIN = 1e-6  # of an objective: motions that differ by less are one
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
+OWN = (
+    0.1  # weight of the error of a cost of one's own: of its integral, ten times as much is allowed
+)
 COLUMNS = (
     "t",
     "x",
@@ -154,6 +158,13 @@ class Plan(Animated):
         if next_best is not None:
             more = f"{next_best / self.objective:.3g} times this one" if self.objective else "more"
             notes.append(f"the next best motion costs {next_best:.4g}, {more}: see alternatives")
+        slow = 0.0 if self.problem.constraints.torque is None else self.friction_error
+        if slow:
+            unit = self.robot.words.effort_unit
+            notes.append(
+                "near standstill dry friction was smoothed: there the limited"
+                f" {self.robot.words.effort} is up to {slow:.3g} {unit} off"
+            )
         if cut:
             notes.append("the search was cut by max_time: a larger one may find a better motion")
         return tuple(notes)
@@ -252,7 +263,11 @@ class Plan(Animated):
 
     @property
     def error(self) -> float:
-        """Return the largest defect over the largest force |m xi''|, both between nodes too."""
+        """Return the largest defect over the largest force |m xi''|, both between nodes too.
+
+        Of a cost of one's own, it is also a tenth of what its integral over an interval is off,
+        over the mean of all.
+        """
         return float(self._relative_defects.max())
 
     @property
@@ -266,7 +281,20 @@ class Plan(Animated):
     def _relative_defects(self):
         acc = self._fine[1]
         force = np.hypot(*forces_and_torques(acc)[0]).max()
-        return self.defects / (force or 1.0)
+        relative = self.defects / (force or 1.0)
+        own = self.problem.own
+        if own is None or not own.costs:
+            return relative
+        scheme = self.pieces.scheme
+        k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), scheme.c, indexing="ij")
+        motion = self.pieces.motion(k, sigma)
+        at_nodes, _ = self._own(
+            sigma, motion, self.problem.accelerations(motion, self.problem.model)
+        )
+        fine, _ = self._own(FINE, *self._fine)
+        costs = self.pieces.widths * simpson(fine, FINE)
+        off = np.abs(self.pieces.widths * (at_nodes @ scheme.powers(1.0)[1]) - costs)
+        return np.fmax(relative, OWN * off / (np.abs(costs).mean() or 1.0))
 
     @cached_property
     def _exceeded(self):
@@ -279,19 +307,17 @@ class Plan(Animated):
         else:
             reach = -pose.reach_margin
         if self.problem.own is not None:
-            excess |= self._own_excess(motion, acc)
+            excess |= {name: -value for name, value in self._own(FINE, motion, acc)[1].items()}
         return excess | {"reach": reach}
 
-    def _own_excess(self, motion, acc):
-        """Return {name: by how much (n, 13) functions of the user's own are below 0}."""
-        begins = self.pieces.knots[:-1, None]
-        t = begins + self.pieces.widths[:, None] * FINE
+    def _own(self, sigma, motion, acc):
+        """Return cost (n, m), {name: constraint (n, m)} of the user's own, at places sigma."""
+        t = self.pieces.knots[:-1, None] + self.pieces.widths[:, None] * sigma
         tau = motion[..., -2:]
         point = MotionPoint.of(t, acc, tau, self.problem.bar_forces(acc, tau))
         vectors = (each.reshape(-1, 2) for each in point[1:])
-        flat = MotionPoint(t.ravel(), *vectors)
-        kept = self.problem.own.kept(flat)
-        return {name: -value.reshape(t.shape) for name, value in kept.items()}
+        cost, kept = self.problem.own.values(MotionPoint(t.ravel(), *vectors))
+        return cost.reshape(t.shape), {name: each.reshape(t.shape) for name, each in kept.items()}
 
     @cached_property
     def violations(self) -> dict[str, float]:

@@ -23,6 +23,7 @@ from .functions import MotionPoint, refuse_not_finite
 if TYPE_CHECKING:
     from .guess import Guess
 
+MOST_ITERATIONS = 100
 # Of the coordinates' units, about a stop: its conditions hold in other poses too, far away.
 NEAR_STOP = 0.1
 REGULARIZING = 1e-6  # weight of the objective where the violation of limits is minimized
@@ -53,25 +54,20 @@ class PlanSolution:
 
 
 def solve(
-    interval: Interval,
-    mesh: list[np.ndarray],
-    durations: np.ndarray,
-    guess: Guess,
-    max_time: float,
-    iterations: int,
+    interval: Interval, mesh: list[np.ndarray], durations: np.ndarray, guess: Guess, max_time: float
 ) -> PlanSolution:
     """Solve a problem on one mesh.
 
     mesh: per phase the knots from 0 to 1.
     durations: s, of the phases in the guess.
     guess: times (n,) -> (n, 3 size + 2) coordinates, their rates and accelerations, controls.
-    max_time, iterations: at most, s of the processor.
+    max_time: s of the processor.
     """
     program = NonlinearProgram(interval, mesh, durations)
     nlp, derivatives, limits = program.whole()
     options = derivatives | {
         "show_eval_warnings": False,
-        "ipopt.max_iter": iterations,
+        "ipopt.max_iter": MOST_ITERATIONS,
         # IPOPT's processor time is that of all threads.
         "ipopt.max_cpu_time": max(max_time, 1e-3) * threading.active_count(),
         "ipopt.acceptable_iter": 0,

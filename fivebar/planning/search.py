@@ -48,30 +48,33 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
         (end + 2 * np.pi * np.array(counts) for counts in turns),
         key=lambda image: np.abs(image - begin).sum(),
     )
-    direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
-    paths = list(islice((path for path in direct if path is not None), DIRECT))
-    paths += _in_their_modes(robot, start, goal)
-    by_way = (_path(robot, each) for each in _detours(robot, start, goal, begin, end))
-    paths += islice((path for path in by_way if path is not None), BY_WAY)
-    if not paths and _are_apart(robot, start, goal):
+    if _are_apart(robot, start, goal):
         raise PlanError(
             "plan: no motion joins start and goal: the aspects that they are in are not connected,"
             " whatever singularity is crossed",
             {},
         )
+    direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
+    paths = list(islice((path for path in direct if path is not None), DIRECT))
+    paths += _in_their_modes(robot, start, goal)
+    by_way = (_path(robot, each) for each in _detours(robot, start, goal, begin, end))
+    paths += islice((path for path in by_way if path is not None), BY_WAY)
     return _distinct(robot, paths)
 
 
 def _distinct(robot, paths):
     """Return the paths in even steps, without those that are one with a shorter one."""
-    kept: list[Way] = []
-    for path in sorted(paths, key=lambda path: _along(path)[-1]):
+    found = []
+    for path in paths:
         along = _along(path)
-        even = np.linspace(0, along[-1], POINTS)
-        columns = [np.interp(even, along, column) for column in path.T]
-        path = _closed(robot, np.stack(columns, axis=1))
-        if all(np.abs(path - way.path).max() > SAME for way in kept):
-            kept.append(Way(path, float(along[-1])))
+        share = np.linspace(0, along[-1], POINTS)
+        columns = [np.interp(share, along, column) for column in path.T]
+        even = _closed(robot, np.stack(columns, axis=1))
+        found.append(Way(even, float(_along(even)[-1])))
+    kept: list[Way] = []
+    for way in sorted(found, key=lambda way: way.length):
+        if all(np.abs(way.path - other.path).max() > SAME for other in kept):
+            kept.append(way)
     return kept[:MOST]
 
 

@@ -23,7 +23,7 @@ LEAST_INTERVALS = 24
 FALLING = 12.0
 PLANNED = 4.0  # of the plan's first mesh, in that time
 TURN = 0.25  # rad or bars that a coarse motion moves in an interval of the plan's first mesh
-MOST_INTERVALS = 400
+MOST_INTERVALS = 240
 SWINGS = 32
 NODES = 4000  # of all motions together
 # Of the first guess's, where the duration is free.

@@ -6,6 +6,7 @@ import pickle
 import casadi
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 
 import fivebar as fb
 
@@ -148,3 +149,35 @@ def test_margins_of_symbols_serve_as_constraints():
     for plan in (fb.plan(ROBOT, *ends, 0.8), fb.plan(ROBOT, *ends, 0.8, constraints=constraints)):
         largest.append(fb.igm(ROBOT, plan(T)[0]).det_A.max())
     assert largest[0] > 0.65 and largest[1] < 0.6307
+
+
+def test_a_cost_that_is_wrong_between_nodes_is_no_plan():
+    """Torque costs nothing where a joint stands still: IPOPT put 30 N m between the nodes there.
+
+    The plan said 1.5e-4 where the integral of the cost was 8e-3.
+    """
+    with pytest.raises(fb.PlanError, match="not accurate: .*nothing bounds the torque") as caught:
+        fb.plan(
+            fb.FiveBar(),
+            (0.09, 0.068),
+            (0.0, 0.1),
+            1.0,
+            objective=lambda m: casadi.sumsqr(m.tau * m.q_dot),
+        )
+    assert caught.value.plan.error > 1e-3
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_the_objective_of_own_costs_is_their_integral(degree):
+    plan = fb.plan(
+        fb.FiveBar(),
+        (0.09, 0.068),
+        (0.0, 0.1),
+        1.0,
+        objective={"effort": 1.0, "wear": lambda m: 10 * casadi.sumsqr(m.tau * m.q_dot)},
+        collocation=fb.Collocation(degree=degree),
+    )
+    t = np.linspace(0.0, 1.0, 100001)
+    tau = plan.torques(t)
+    cost = (tau**2 + 10 * (tau * plan.joints(t)[1]) ** 2).sum(axis=1)
+    assert plan.objective == pytest.approx(simpson(cost, t), rel=2e-3)
