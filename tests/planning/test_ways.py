@@ -58,7 +58,7 @@ def test_ways_in_the_modes_of_both_poses_are_straight_and_bent_for_the_tip():
     straight = bars(fb.igm(ROBOT, begin.xi + share * (end.xi - begin.xi), (-1, -1)))
     paths = list(_in_their_modes(ROBOT, begin, end))
     assert len(paths) >= 3
-    assert _along(paths[0])[-1] == pytest.approx(_along(straight)[-1])
+    assert _along(paths[0])[-1] == pytest.approx(_along(straight)[-1], rel=1e-3)
     for path in paths:
         pose = bars_pose(ROBOT, tuple(path.T))
         assert np.hypot(*loop_gap(pose)).max() < 1e-9
