@@ -19,8 +19,7 @@ TRIED = 200  # poses for each one that is kept beside Type 1
 
 def unequal_robot(draw: np.random.Generator) -> FiveBar:
     """Return a robot whose four bars differ by at least 7 mm, rounded to tenths of a millimetre."""
-    bars = draw.permutation([0.080, 0.095, 0.110, 0.130])
-    bars = bars + draw.uniform(-0.004, 0.004, 4)
+    bars = draw.permutation([0.080, 0.095, 0.110, 0.130]) + draw.uniform(-0.004, 0.004, 4)
     lowest = (0.09, 0.001, 0.001, 0.3)  # d, zz1, zz2, m
     highest = (0.13, 0.004, 0.004, 0.9)
     rest = draw.uniform(lowest, highest)
@@ -37,10 +36,8 @@ def unequal_biglide(draw: np.random.Generator) -> Biglide:
     Its guides are so close that it closes even with twice their distance, a misconception that
     shall be seen.
     """
-    bars = draw.permutation([0.26, 0.32])
-    bars = bars + draw.uniform(-0.015, 0.015, 2)
-    masses = draw.permutation([0.7, 1.3])
-    masses = masses + draw.uniform(-0.2, 0.2, 2)
+    bars = draw.permutation([0.26, 0.32]) + draw.uniform(-0.015, 0.015, 2)
+    masses = draw.permutation([0.7, 1.3]) + draw.uniform(-0.2, 0.2, 2)
     d = draw.uniform(0.14, 0.22)
     m = draw.uniform(2, 4)
     lengths = np.round([*bars, d], 4)
@@ -87,9 +84,7 @@ def _ends(robot):
         return -reach, reach
     left = max(drive.x - bar for drive, bar in legs)
     right = min(drive.x + bar for drive, bar in legs)
-    low = (left, -HEIGHT)
-    high = (right, HEIGHT)
-    return low, high
+    return (left, -HEIGHT), (right, HEIGHT)
 
 
 def beside_type_1(robot: Robot, draw: np.random.Generator, sines: np.ndarray, leg: int) -> Pose:
@@ -115,9 +110,7 @@ def beside_type_1(robot: Robot, draw: np.random.Generator, sines: np.ndarray, le
         inwards = 1 if leg == 0 else -1
         along_x = inwards * bar * cosines
         along_y = draw.uniform(-HEIGHT, HEIGHT, count)
-    x = drive.x + along_x
-    y = drive.y + along_y
-    xi = np.stack([x, y], axis=-1)
+    xi = np.stack([drive.x + along_x, drive.y + along_y], axis=-1)
     modes = draw.choice([-1, 1], (count, 2))
     pose = igm(robot, xi, modes, unreachable="nan")
     others = np.abs([pose.sines[1 - leg], pose.det_A])
@@ -141,8 +134,7 @@ def beside_type_2(robot: Robot, draw: np.random.Generator, sines: np.ndarray) ->
     below = _in_modes(robot, draw, 2 * n, 1, modes)
     above = _in_modes(robot, draw, 2 * n, -1, modes)
     modes = np.broadcast_to(modes, below.shape)
-    repeated = np.tile(sines, 2)
-    target = np.broadcast_to(repeated, below.shape[:2])
+    target = np.broadcast_to(np.tile(sines, 2), below.shape[:2])
     for _ in range(60):
         middle = (below + above) / 2
         pose = igm(robot, middle, modes, unreachable="nan")
@@ -164,11 +156,8 @@ def beside_type_2(robot: Robot, draw: np.random.Generator, sines: np.ndarray) ->
 
 def _in_modes(robot, draw, n, assembly, modes):
     """Return n end-effector positions for each working mode, (modes, n, 2)."""
-    parts = []
-    for mode in modes:
-        drawn = poses(robot, draw, n, assembly=assembly, working=mode[0])
-        parts.append(drawn.xi)
-    return np.array(parts)
+    drawn = [poses(robot, draw, n, assembly=assembly, working=mode[0]) for mode in modes]
+    return np.array([pose.xi for pose in drawn])
 
 
 def moving(pose: Pose, draw: np.random.Generator, speed: float = 0.3) -> Columns:
@@ -208,10 +197,7 @@ def straight_paths(
     working: one pair of modes; None: all four, in turn. margin: smallest |sine| of a passive angle;
         longest: m.
     """
-    if working:
-        modes = [working]
-    else:
-        modes = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    modes = [working] if working else [(1, 1), (1, -1), (-1, 1), (-1, -1)]
     found = []
     for mode in modes:
         lacking = math.ceil(n / len(modes))
@@ -220,8 +206,7 @@ def straight_paths(
             b = poses(robot, draw, 40, working=mode).xi
             length = np.hypot(*(b - a).T)
             clear = _crosses(robot, a, b, mode, crossings, margin)
-            rows = np.flatnonzero(clear & (length < longest))
-            rows = rows[:lacking]
+            rows = np.flatnonzero(clear & (length < longest))[:lacking]
             gammas = np.tile(mode, (len(rows), 1))
             found.append((*a[rows].T, *b[rows].T, *gammas.T))
             lacking -= len(rows)
@@ -250,9 +235,7 @@ def _crosses(robot, a, b, mode, crossings, margin):
 
 
 def _take(robot, xi, modes, good, n):
-    rows = good
-    if good.dtype == bool:
-        rows = np.flatnonzero(good)[:n]
+    rows = np.flatnonzero(good)[:n] if good.dtype == bool else good
     if len(rows) < n:
         raise ValueError(f"{robot} hardly has the poses asked for: {len(rows)} of {n} found")
     return igm(robot, xi[rows], modes[rows])

@@ -53,18 +53,12 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
 
 def _values_of_dict(names, pairs):
     """Return what a dict holds, as if the values had been returned without names."""
-    given = {}
-    for key, part in pairs:
-        if isinstance(key, str):
-            given[key] = part
-    same_names = set(given) == set(names)
-    if not same_names or len(pairs) != len(names):
+    given = {key: part for key, part in pairs if isinstance(key, str)}
+    if set(given) != set(names) or len(pairs) != len(names):
         listed = ", ".join(given) or "no names"
         text = f"returned a dict of {listed} where {_listed(names)} are asked"
         raise Unfit("shape", text)
-    if len(names) == 1:
-        return given[names[0]]
-    return [given[name] for name in names]
+    return given[names[0]] if len(names) == 1 else [given[name] for name in names]
 
 
 def _parts(exercise, value):

@@ -23,6 +23,7 @@ CONSTANTS = {
 }
 SPEED = "Let the motors run at constant speed: is the end-effector's acceleration 0?"
 POWER = "m (A^-1 d) is a force. Which efforts is it worth?"
+ENERGY = "xi' = J q'. Write the kinetic energy with q'."
 ORIGIN = "Write down the x of both base joints. Where is the origin of the frame?"
 SLIPS = {
     "sign of the base joint's x, in the right leg": (
@@ -34,8 +35,9 @@ SLIPS = {
     "d forgotten": (SPEED, {"d": lambda s: 0 * s.far}),
     "c forgotten": (SPEED, {"c": lambda s: 0 * s.d}),
     "c = J^T M J d": (POWER, {"c": lambda s: product(turned(s.J) @ s.M @ s.J, s.d)}),
+    "J J^T in place of J^T J in M": (ENERGY, {"M": lambda s: s.Z + s.robot.m * s.J @ turned(s.J)}),
     "both inertias added in all of M": (
-        "xi' = J q'. Write the kinetic energy with q'.",
+        ENERGY,
         {"Z": lambda s: np.full((2, 2), sum(s.robot.inertias))},
     ),
 }

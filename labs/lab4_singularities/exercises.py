@@ -368,14 +368,18 @@ CROSSING = Exercise(
         ),
         *(
             Misconception(
-                f"no bisection: {end} of a step of 1/{count}",
+                f"{cut}: {end} of a step of 1/{count}",
                 "You know between which two values of s the sign changes. How do you come closer?",
                 lambda robot, *path, count=count, end=end: on_grid(
                     first_crossing(robot, *path), count, end
                 ),
             )
             for count in (50, 100, 200, 250, 300, 400, 500, 800, 1000, 2000, 5000, 10000)
-            for end in ("the end", "the middle", "the beginning")
+            for end, cut in (
+                ("the end", "no bisection"),
+                ("the middle", "a bisection that ends too early, or none"),
+                ("the beginning", "no bisection"),
+            )
         ),
         Misconception(
             "distance instead of fraction",

@@ -26,6 +26,7 @@ SLIPS = {
         ENERGY,
         {"M": lambda s: s.Z + s.robot.m * s.J @ s.J, "c": c_with_J},
     ),
+    "J J^T in place of J^T J in M": (ENERGY, {"M": lambda s: s.Z + s.robot.m * s.J @ turned(s.J)}),
     "only the inertias in M": (ENERGY, {"M": lambda s: s.Z + 0 * s.J}),
     "only the diagonal of M": (ENERGY, {"M": lambda s: STEPS["M"](s) * np.eye(2)}),
     "M not inverted": (

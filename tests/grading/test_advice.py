@@ -189,10 +189,10 @@ def test_a_wrong_helper_is_called_by_the_mistake_that_it_holds(tmp_path):
         ("l * (u22.T @ v21)", "l * (u22.T @ get_u21(q21))"),
     )
     found = report("amoro", "amoro_blocks", tmp_path, *changes)
-    name = "a quarter turn missing in v of the left proximal bar, in your compute_A_B"
+    name = "a quarter turn missing in v of the proximal bar, in your compute_A_B"
     assert {told for _, _, told in said(found)} == {name} and found.points == 18
     assert {c.spot for c in found.checks if c.share < 1} == {
-        "line 42: get_u11(q11): right answers come with v11, in 2 places"
+        "line 42: get_u11(q11): right answers come with v11, in 2 formulas"
     }
 
 

@@ -239,7 +239,7 @@ def test_what_is_written_for_one_leg_is_written_for_the_other_with_its_names():
     body, words = program.changed([[groups["bar(q11) * 2", 2], "a term", f"{OLD} + q11"]])
     text = ast.unparse(ast.Module(body, []))
     assert "b1 = bar(q11) * 2 + q11" in text and "b2 = bar(q21) * 2 + q21" in text
-    assert words == [[7, "a term", "f", "bar(q11) * 2", "bar(q11) * 2 + q11, in 2 places"]]
+    assert words == [[7, "a term", "f", "bar(q11) * 2", "bar(q11) * 2 + q11, in 2 formulas"]]
 
 
 def test_what_a_function_computes_and_never_reads_is_told_and_comes_first():

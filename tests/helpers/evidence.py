@@ -90,7 +90,8 @@ def _traced_search(plain, origins):
         if found is not None:
             ways = [f"wave {tried.wave}"]
             if tried.wave is None:
-                ways = [origins.get(("formula", one[2]), "named") for one in tried.made]
+                written = tried.made[-1][2]
+                ways = [origins.get(("formula", one[2]), "named") for one in written]
             for change in found.changes:
                 origins[change.old, change.new] = f"{change.kind} ({' and '.join(ways)})"
         return found

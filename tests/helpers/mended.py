@@ -101,18 +101,19 @@ def _carried_out(source, lab, function, changes):
     """The source with the changes made, one after the other."""
     body = ast.parse(source).body
     for line, old, new in changes:
-        made = (_made(body, lab, function, line, old, new, ranks) for ranks in WAVES)
-        body = next(filter(None, made), None) or _written(body, lab, function, line, old, new)
+        body = _made(body, lab, function, line, old, new) or _written(
+            body, lab, function, line, old, new
+        )
         if body is None:
             return None
     return ast.unparse(ast.fix_missing_locations(ast.Module(body, [])))
 
 
-def _made(body, lab, function, line, old, new, ranks):
+def _made(body, lab, function, line, old, new):
     """The program after a change of a list, None where it is not in it."""
-    variants = Variants(body, function, [*lab.exercises()], [], ranks)
+    variants = Variants(body, function, [*lab.exercises()], [], WAVES[-1])
     found = [k for k, c in enumerate(variants.changes) if _is(c, line, old, new)]
-    return variants.changed(found[0])[0] if found else None
+    return variants.changed(found[:1])[0] if found else None
 
 
 def _written(body, lab, function, line, old, new):

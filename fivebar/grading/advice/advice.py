@@ -7,15 +7,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ..intake.students_robots import robot_from
 from ..judging.questions import AskedRows
 from ..judging.results import Check, checked
-from ..judging.with_right_ones import Budget, builds_on
+from ..judging.with_right_ones import Budget, builds_on, reached
 from ..labs import Lab
 from ..report.text import not_started
-from .search import MOST_FUNCTIONS, find_mend
+from .search import MOST_FUNCTIONS, Mend, find_mend
 
 if TYPE_CHECKING:
     from ..plugin import Checks
@@ -48,6 +45,7 @@ class Advice:
             for rows in ask.rows_asked:
                 self._asked.setdefault(rows.exercise.name, []).append(rows)
         self._seconds = MOST_SECONDS
+        self._mends: list[Mend] = []
         self._cut: list[str] = []  # functions of which not all was tried
 
     def tell(self) -> None:
@@ -88,29 +86,40 @@ class Advice:
     def _search(self, function, mistakes):
         """Look for what makes a function right, tell it, and judge others with it."""
         named = all(mistake and mistake.model for mistake in mistakes)
-        for asked in self._askings(function):
-            budget = Budget((LEAST if named else SHARE) * self._seconds)
-            self._seconds -= budget.left
-            wrong = {check.function for check in self._checks.found if check.share < 1}
-            mend = find_mend(self._program, self._lab, function, asked, wrong, not named, budget)
-            self._seconds += max(budget.left, 0)
-            if mend is not None:
-                self._judge_with(mend)
-                self._tell(mend, function)
-                return
-            if budget.left < 0 and not named:
-                self._cut.append(function)
+        budget = Budget((LEAST if named else SHARE) * self._seconds)
+        self._seconds -= budget.left
+        wrong = {check.function for check in self._checks.found if check.share < 1}
+        outline, asked, made = self._program.student.outline, self._asked, ()
+        for mend in self._mends:
+            made = mend.change if builds_on(outline, function, mend.inside) else made
+        best = find_mend(self._program, self._lab, function, asked, wrong, not named, budget, made)
+        self._seconds += max(budget.left, 0)
+        if best is not None:
+            self._mends.append(best)
+            self._judge_with(best)
+            self._tell(best, function)
+        elif named:
+            self._forgive(function, {mistake.name for mistake in mistakes})
+        elif budget.left < 0:
+            self._cut.append(function)
 
-    def _askings(self, function):
-        """Yield what was asked, and the same for each robot that a right file may have, too, where
-        its answers are other ones.
-        """
-        yield self._asked
-        for numbers in self._lab.also():
-            others = [of_another(rows, numbers) for rows in self._asked[function]]
-            if any(others):
-                own = zip(others, self._asked[function])
-                yield self._asked | {function: [other or rows for other, rows in own]}
+    def _forgive(self, function, names):
+        """Give the points for these mistakes to others that call a helper of this function, too."""
+        outline = self._program.student.outline
+        helpers = reached(outline, function) - self._lab.exercises().keys()
+        for k, check in enumerate(self._checks.found):
+            is_other = check.function != function and helpers & reached(outline, check.function)
+            if is_other and check.misconception in names:
+                remarks = *check.remarks, f"the same mistake as in {function}, which pays for it"
+                self._checks.found[k] = replace(
+                    check,
+                    share=1.0,
+                    points=check.max_points,
+                    outcome="right",
+                    misconception="",
+                    hint="",
+                    remarks=remarks,
+                )
 
     def _tell(self, mend, function):
         """Tell what was found in those checks of a function that are not right."""
@@ -140,11 +149,3 @@ class Advice:
                 ask.remark(f"judged with {count} in your {helper}, for which {mend.function} pays")
                 made = checked(check.name, check.title, check.max_points, ask.record, left)
                 self._checks.found[k] = made
-
-
-def of_another(rows: AskedRows, numbers: dict[str, float]) -> AskedRows | None:
-    """Return rows for a robot of other numbers, None where its answers are the same."""
-    robot, exercise = robot_from(rows.robot, numbers), rows.exercise
-    own, other = (exercise.outcome(exercise.answer, r, rows.columns) for r in (rows.robot, robot))
-    same = rows.constants or np.array_equal(own, other, equal_nan=True)
-    return None if same else replace(rows, robot=robot)

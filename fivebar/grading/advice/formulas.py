@@ -108,7 +108,8 @@ def _with_one(values):
         for text, one in ((name, value), (f"{name}**2", value**2)):
             if factor := _number(wanted / old / one):
                 yield "a factor", _times(factor, f"{OLD}*{text}")
-            if _divides(name) and (factor := _number(wanted / old * one)):
+            is_divisor = _divides(name) or name.startswith(MATH)
+            if is_divisor and (factor := _number(wanted / old * one)):
                 yield "a factor", _times(factor, f"{OLD}/{text}")
             if factor := _number(_ratio(more, one)):
                 yield "a term", _plus(factor, text)

@@ -25,6 +25,7 @@ ALL = -1  # in place of a place's number: all are told
 ROWS = 6  # in which values are compared
 CLOSE = 1e-7  # of the largest value
 _WORD = re.compile(r"[A-Za-z_]\w*")
+_PART = re.compile(r"\b(left|right|a part of) ")
 _BARE = re.compile(r"__import__\('\w+'\)\.(linalg\.)?|[()\s]")
 
 # What an expression is worth, of a step of the derivation. {leg}: a leg's value may stand alone.
@@ -36,8 +37,6 @@ QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
     "the {leg}diagonal element of B": "b_ii",
     "the inverse of B": lambda s: inverse(s.B),
     "J": "J",
-    "the transpose of J": lambda s: turned(s.J),
-    "J^T J": lambda s: turned(s.J) @ s.J,
     "the inverse of J": "J_inverse",
     "det A": lambda s: np.linalg.det(s.A),
     "u of the {leg}distal bar": "u2",
@@ -50,14 +49,12 @@ QUANTITIES: dict[str, str | Callable[[Derivation], Array]] = {
     "the rate of the {leg}distal bar": "rate",
     "the squared rate of the {leg}distal bar": "square",
     "M": "M",
-    "the inverse of M": lambda s: inverse(s.M),
-    "the inertias": lambda s: s.Z + 0 * s.J,
     "c": "c",
     "A^-1 d": lambda s: solved(s.A, s.d),
     "the share of the end-effector along {leg}v": "of_tip",
     "the share of the {leg}pivot along v": "of_pivot",
     "the centripetal share of the {leg}pivot": "pull",
-    "the {leg}distal bar's rate": "turning",
+    "the {leg}distal bar's turning": "turning",
     "the {leg}passive joint's answer": "passive_found",
     "B q'' + d": lambda s: product(s.B, s.accelerations) + s.d,
     "A xi'' - d": lambda s: product(s.A, s.xi_ddot) - s.d,
@@ -96,32 +93,36 @@ ROUNDED = "How many digits does a number need that others build on?"
 WHOLE = "What does an array of whole numbers do with a fraction that is put into it?"
 BRACKETS = "In which order does Python compute your formula? Where do brackets belong?"
 ORDER = "In which order are these wanted?"
+CALLED = "What does each function that you call give?"
 DRAWN = "Draw the vector: which way does it point, and which way should it?"
 # Kind of the change; what stands there => what would be right; what it is called; its hint, where a
 # name in braces is a hint above.
 KINDS = r"""
 a function; ^\S*(deg|rad)\w*\(; an angle converted from or to degrees; {DEGREES}
 a function; ^(np\.)?f?abs\w*\(; an absolute value too much; What does a negative number mean here?
-a function; ^\S*round\(|astype; a rounded number; {ROUNDED}
+a function; ^\S*round\(; a rounded number; {ROUNDED}
 a function; ^([\w.]+\.)?(max|min|clip)(imum)?\(; a limit too much; Is there an answer beyond it?
 a function; tan\(.*=>.*tan2\(; atan for atan2; {ATAN}
 a function; (cos|sin)\(.*=>.*tan2\(; an arc in place of a direction; {ARC}
 a function; \ba(rc)?(cos|sin)\b; arcsine and arccosine exchanged; {ANGLE}
 a function; \b(sin|cos)\b; sine and cosine exchanged; {ANGLE}
 a conjugate; ; a conjugate forgotten; What is the scalar product of vectors as complex numbers?
-a function; ; another function; What does each function that you call give?
+a function; ^(?P<a>[\w.]+)(\(.*\)) => (?P<b>[\w.]+)\2$; {a} in place of {b}; {CALLED}
+a function; ; another function; {CALLED}
 a sign; ; a wrong sign; {SIGNS}
 a square; \*\*.*=>.*\*; a square in place of a product; {UNITS}
 a square; ; a square forgotten; {UNITS}
 a root; ; a root too much or forgotten; {UNITS}
 a factor; ^((?!gamma|assembly|branch).)* => .*(gamma|assembly|branch); the mode forgotten; {FLIPPED}
 a factor; ^(?P<rest>.+) => (?P=rest) \* (?P<by>[\w.]+)$; factor {by} forgotten; {UNITS}
-a factor; ^(?P<rest>.+) => (?P=rest) / (?P<by>[\w.]+)$; division by {by} forgotten; {UNITS}
+a factor; ^\(?(.+?)\)? => \(?\1\)? / \((?P<by>.+)\)$; division by {by} forgotten; {UNITS}
+a factor; ^\(?(.+?)\)? => \(?\1\)? / (?P<by>[\w.]+(\(\w+\))?)$; division by {by} forgotten; {UNITS}
 a factor; ^(?P<rest>.+) => 2 \* \(?(?P=rest)\)?$; factor 2 forgotten; {UNITS}
 a factor; ; a wrong factor; {UNITS} Where does each factor come from?
 a mode; ; the mode forgotten; {FLIPPED}
 a hypotenuse; ; a side in place of a hypotenuse; How long is a vector that has an x and a y?
 an operator; ; a wrong operator; {UNITS}
+a number; ^-?([\d.]+?)(\.0)? => -?\1$; a wrong sign; {SIGNS}
 a number; ^(0\.0*1|\S*e-\d+) =>; a wrong threshold; What is the largest value that counts as 0?
 a number; ; a wrong number; Where does each number in your formula come from?
 a typed number; ; {old} typed in place of {new}; What if the robot has other lengths or masses?
@@ -131,12 +132,14 @@ a product; ; a cross product in place of a scalar product; {PARALLEL}
 a whole number; ; an array of whole numbers; {WHOLE}
 a term; ^(?P<rest>.+) [+-] (?P<term>[^+-]+) => (?P=rest)$; {term} too much; {TERMS}
 a term; ^(?P<rest>.+) => (?P=rest) [+-] (?P<term>[^+-]+)$; {term} forgotten; {TERMS}
+a term; ^(?P<term>[^+-]+) [+] (?P<rest>.+) => (?P=rest)$; {term} too much; {TERMS}
 a term; ; a wrong term; {TERMS}
 a formula; ; a wrong formula; {TERMS} Which lengths and angles does it hold?
 a bracket; \*\* 2 [+] .*\*\* 2 =>; a sum of squares in place of the square of a sum; {BRACKETS}
 a bracket; ; a bracket in the wrong place; {BRACKETS}
 a variable; 180 / ([\w.]+\.)?pi =>; an angle converted from or to degrees; {DEGREES}
 a variable; ^[\w.]+ => [\w.]+$; {old} in place of {new}; {NAMES}
+a variable; ^\S*(sin|cos)\(.* => \S*(sin|cos)\(; sine and cosine exchanged; {ANGLE}
 a variable; => .*(inv|solve)\(; the wrong matrix inverted; {MATRICES}
 a variable; (multiply|diag)\(.*=> .* @ ; element by element in place of a matrix product; {PRODUCTS}
 a variable; => .* @ ; a matrix forgotten in a product; {SHAPES}
@@ -210,6 +213,7 @@ class Quantities:
         s = Derivation(robot, given)
         places = {"base": robot.words.base, "pivot": "elbow" if robot.turns else "foot"}
         places["pivots"] = "elbows" if robot.turns else "feet"
+        places["turning"] = "angular acceleration" if s.has("xDD") else "rate"
         for name, step in QUANTITIES.items():
             try:
                 with np.errstate(all="ignore"):
@@ -219,7 +223,7 @@ class Quantities:
             value = np.broadcast_to(value, (count, *np.shape(value)[1:]))
             if np.iscomplexobj(value):
                 value = pairs(value)
-            name = re.sub(r"\b(base|pivots?)\b", lambda m: places[m[0]], name)
+            name = re.sub(r"\b(base|pivots?|turning)\b", lambda m: places[m[0]], name)
             parts = _with_parts(name, value)
             # Plain numbers are what many other things are, too.
             self.named += [
@@ -275,7 +279,9 @@ def named(
     student: who is asked; tried: how; made: with what it is right; rows: which it is asked.
     """
     some = rows.part(np.arange(min(ROWS, len(rows.columns[0]))))
-    before, after = (_values(student, replace(tried, made=each), some) for each in ((), made))
+    before, after = (
+        _values(student, replace(tried, made=each), some) for each in (tried.made, made)
+    )
     known = Quantities(some)
     return tuple(named_change(change, _around(change, before, after), known) for change in changes)
 
@@ -316,11 +322,17 @@ def named_change(
     """Return the name and the hint of one change; around: what it was worth before and after, and
     what it stands in, from inside to outside.
     """
+    name, hint = _named(change, around, known)
+    # What is so in several formulas is so in both legs, or in both coordinates.
+    return (_PART.sub("", name) if change.new.endswith("formulas") else name), hint
+
+
+def _named(change, around, known):
     kind, hint = _kind(change)
     # The name of these tells more than their value.
     told = (
         change.kind in ("a function", "a square", "a mode")
-        or " in place of " in kind
+        or re.search(" in place of |^division", kind)
         or {*_WORD.findall(kind)} & dict(known.plain + known.lengths_and_masses).keys()
     )
     where = ""
@@ -340,7 +352,7 @@ def _related(old, new, quantity, others, relations):
     """Return the name and the hint of what relates a wrong value to the right one, None where
     nothing does, or where they are the same but for rounding.
     """
-    if _alike(old, new):
+    if _alike(old, new) or np.all(np.abs(old) <= CLOSE * np.abs(new).max()):
         return None
     with np.errstate(all="ignore"):
         for name, hint, holds, *but_for_sign in ALONE if quantity else ():
@@ -354,7 +366,8 @@ def _related(old, new, quantity, others, relations):
                     moves = np.ptp(a, axis=0).max() > CLOSE * np.abs(a).max()
                     if moves and (_alike(a, b) or but_for_sign and _alike(a, -b)):
                         hint = FLIPPED if other in MODES else hint
-                        return name.format(P=other, Q=quantity).removesuffix(" in "), hint
+                        told = name.format(P=other, Q=quantity).removesuffix(" in ")
+                        return told.replace("a part of ", ""), hint
     return None
 
 

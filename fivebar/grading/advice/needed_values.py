@@ -78,8 +78,7 @@ class Needs:
         self._tried = replace(tried, watched=True)
         self._plain = rows_from(rows.columns)
         exercise = rows.exercise
-        with np.errstate(all="ignore"):
-            self._right = exercise.outcome(exercise.answer, rows.robot, rows.columns)
+        self._right = rows.expected
         self._angles = exercise.is_angle()
         self._parts = np.where(self._angles, exercise.turns / (2 * np.pi), 1.0)
         self._scale = np.where(self._angles, 1.0, largest(self._right))
@@ -88,6 +87,7 @@ class Needs:
         self.wrong = ~(np.abs(off) <= SOLVED * self._scale).all(axis=0)
         self._told = [*student.changes]
         self._visits = [reply.visits for reply in replies]
+        self.seconds = max(reply.seconds for reply in replies)  # of a call that is watched
 
     def all(self) -> Iterator[Need]:
         """Yield the needs of all places that can make numbers right that are wrong."""
@@ -129,7 +129,7 @@ class Needs:
         """
         rows = list(rows)
         now = {number: start[rows].copy() for number, start in starts.items()}
-        now, off = self._starts_of(now, rows)
+        off = self._errors(now, rows)
         moved, solved, last = {}, {}, {}
         for _ in range(STEPS):
             slopes = self._slopes(now, off, rows)
@@ -152,7 +152,7 @@ class Needs:
                             for one, each in zip(slope, error)
                         ]
                     )
-            now, off = self._stepped(now, off, steps, moved, rows)
+            now, off = self._stepped(now, steps, rows)
             for number in [*now]:
                 left = self._left(off[number], moved[number]).max()
                 # One step more, as small numbers need more digits than the answer shows.
@@ -164,48 +164,12 @@ class Needs:
                     last[number] = left
         return solved
 
-    def _starts_of(self, starts, rows):
-        """Return the numbers of each place from which to look, and the errors: with other signs in
-        rows in which these leave no errors in what depends on it, or scaled in rows in which the
-        function gives nothing.
-        """
-        now = dict(starts)
-        off = self._errors(now, rows)
-        for factors in STARTS:
-            tried = {}
-            for number, values in starts.items():
-                used = factors[: values.shape[1]]
-                if len(used) == values.shape[1] and {*used} != {1}:
-                    tried[number] = values * used
-            for number, errors in self._errors(tried, rows).items():
-                nothing = np.isnan(off[number]).any(axis=1) & np.isfinite(errors).all(axis=1)
-                other = ~np.isclose(errors, off[number], atol=SOLVED, equal_nan=True)
-                good = np.abs(errors / self._scale) <= NEARLY
-                better = np.all(good | ~other, axis=1) & other.any(axis=1) | nothing
-                now[number] = np.where(better[:, None], tried[number], now[number])
-                off[number] = np.where(better[:, None], errors, off[number])
-        return now, off
-
-    def _stepped(self, now, off, steps, moved, rows):
-        """Return the numbers after a step, shorter in rows where it leads to no answer or to a
-        worse one, and the errors with them.
-        """
-        now = {number: now[number] for number in steps}
-        before = {number: self._left(off[number], moved[number]) for number in now}
-        steps = {number: np.clip(step, -FARTHEST, FARTHEST) for number, step in steps.items()}
-        made = {number: now[number] + step for number, step in steps.items()}
-        errors = self._errors(made, rows)
-        for _ in range(HALVINGS):
-            waiting = {}
-            for number in made:
-                worse = ~(self._left(errors[number], moved[number]) <= before[number])
-                if worse.any():
-                    steps[number] = np.where(worse[:, None], steps[number] / 2, steps[number])
-                    waiting[number] = made[number] = now[number] + steps[number]
-            if not waiting:
-                break
-            errors |= self._errors(waiting, rows)
-        return made, errors
+    def _stepped(self, now, steps, rows):
+        """Return the numbers after a step, and the errors with them."""
+        made = {}
+        for number, step in steps.items():
+            made[number] = now[number] + np.clip(step, -FARTHEST, FARTHEST)
+        return made, self._errors(made, rows)
 
     def _left(self, off, moved):
         """Return the largest error of each row (rows,) among the numbers that move."""

@@ -5,20 +5,21 @@ is told that was not tried.
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain, islice
+from itertools import chain, combinations, islice
 
 import numpy as np
 
 from ...models.robots import Robot
+from ..columns import largest
 from ..intake.program import Program
 from ..judging.diagnosis import difference
 from ..judging.judge import limits_of, numbers_of
 from ..judging.questions import AskedRows, rows_from
 from ..judging.with_right_ones import (
+    A_CALL,
     Budget,
     BudgetSpentError,
     Helped,
@@ -29,7 +30,7 @@ from ..judging.with_right_ones import (
 )
 from ..labs import Lab
 from ..models import MODELS
-from ..robots import has_models
+from ..robots import has_models, parameters_of
 from ..ten_models import TEN, columns_of, motions
 from ..worker.student import Tried
 from ..worker.wire import Change
@@ -37,9 +38,13 @@ from .formulas import MATH, OLD, long_formulas, short_formulas
 from .names import named
 from .needed_values import AT_ONCE, Needs, batches
 
-SLOW, TIMED = 5e-3, 8  # s, of a call of which only likely changes are tried; calls timed
+SLOW = 5e-3  # s, of a watched call: of slower ones only changes are tried
 AT_A_TIME, LEAST_AT_ONCE = 5.0, 16  # s of calls that are asked together, and changes
 WAVES = 2  # of changes
+TOGETHER = 2  # number of the wave that holds all changes
+PAIRED = 2  # rows in which two changes are looked for
+MOST_LIKELY = 250  # changes of which any two are tried
+ALIKE, DIGITS = 1e-7, 6  # of the largest right answer, in which two answers are the same
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
@@ -99,7 +104,9 @@ class Mend:
     @property
     def change(self) -> tuple:
         """All that is changed, as what is made before something else is asked."""
-        return self.made.made or (self.made.wave, *self.made.numbers[0])
+        function, made = self.made.function, self.made.made
+        wave = self.made.wave
+        return made if wave is None else (*made, (function, wave, self.made.numbers[0]))
 
 
 def find_mend(
@@ -110,16 +117,17 @@ def find_mend(
     wrong: set[str],
     deep: bool,
     budget: Budget,
+    made: tuple = (),
 ) -> Mend | None:
     """Return the changes that make a function right, None where none are found.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
     long formulas are tried as well; budget: of all that is tried, after which what was found
-    until then is returned.
+    until then is returned; made: changes made before.
     """
     with with_right_called(program, lab, function, wrong) as other:
-        search = _Search(other, lab, function, asked[function])
+        search = _Search(other, lab, function, asked[function], made)
         search.student.budget = budget
         with suppress(BudgetSpentError):
             for name in asked.keys() - {function}:
@@ -132,8 +140,10 @@ def find_mend(
 class _Search:
     """Search of changes for one function, in a process of its own."""
 
-    def __init__(self, program: Program, lab: Lab, function: str, asked: list[AskedRows]):
-        self.function, self.tried = function, Tried(function, tuple(lab.exercises()))
+    def __init__(
+        self, program: Program, lab: Lab, function: str, asked: list[AskedRows], made: tuple
+    ):
+        self.function, self.tried = function, Tried(function, tuple(lab.exercises()), made=made)
         self.student: Helped = program.student
         self.asked = []
         for each in asked:
@@ -143,6 +153,8 @@ class _Search:
         wrong = any(len(rows.wrong) for rows in asked)
         refused = [rows.part(rows.refuse & (rows.good | (not wrong))) for rows in asked]
         self.asked += [rows for rows in refused if len(rows.good)]
+        # First of robots of which no two lengths or masses are equal.
+        self.asked.sort(key=lambda rows: -len({*parameters_of(rows.robot).values()}))
         self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
         self.best: Mend | None = None  # of the changes that make all right
@@ -153,7 +165,7 @@ class _Search:
         """
         outline, parts = self.student.outline, []
         for rows in asked:
-            places = np.arange(len(rows.good))[:: max(1, len(rows.good) // MOST_KEPT)]
+            places = spread(len(rows.good), MOST_KEPT)
             answered = places[~rows.refuse[places]]
             parts += [rows.part(answered)] if len(answered) else []
         if all((rows.good | rows.refuse).all() for rows in asked):
@@ -165,16 +177,14 @@ class _Search:
         """Look for the first change after which all rows are right, and as many other functions as
         can be: it is the best one.
         """
-        if self._wrong_rows(self.asked) is None:
+        if self._wrong_rows() is None:
             return
         for wave in range(WAVES):
             if not self._is_found():
                 self._single(replace(self.tried, wave=wave))
         # A formula that helps some may stand for a mistake in a helper that spoils more.
-        # Of slow calls, thousands take too long: as many as values are looked for with.
-        if self._is_found() or self._fastest(self._wrong_rows(self.asked))[1] > SLOW:
-            return
-        self._written(deep=deep or bool(self.others))
+        if not self._is_found():
+            self._written(deep=deep or bool(self.others))
 
     def _is_found(self):
         """Return whether all other wrong functions that call the same helpers become right with
@@ -191,69 +201,81 @@ class _Search:
 
     def _single(self, tried):
         """Look for changes of a wave that make all right."""
-        few = self._wrong_rows(self.asked)
-        fastest, seconds = self._fastest(few)
-        before = self._right(few, tried, [[]])[0]
-        every = [[k] for k in range(self.student.count)]
-        count = 0
-        for some in batches(every, max(LEAST_AT_ONCE, int(AT_A_TIME / seconds))):
-            right = self._right(few.part([fastest]), tried, some)[:, 0]
-            more = right >= before[fastest]
-            more = more.all(axis=1) & (right > before[fastest]).any(axis=1)
-            candidates = [some[k] for k in np.flatnonzero(more)]
-            now = self._right(few, tried, candidates)
-            for numbers, good in zip(candidates, now):
-                if good.all() and count < MOST_SURE and (mend := self._sure(tried, numbers)):
-                    count += 1
+        rows = self._wrong_rows()
+        seconds = [reply.seconds for reply in self._replies(rows, tried, [[]])]
+        row = rows.part([int(np.argmin(seconds))])
+        size = max(LEAST_AT_ONCE, int(AT_A_TIME / (min(seconds) + A_CALL)))
+        for some in batches([[k] for k in range(self.student.count)], size):
+            right = self._right(row, tried, some).all(axis=(1, 2))
+            for k in np.flatnonzero(right)[:MOST_SURE]:
+                if mend := self._sure(tried, some[k]):
                     self._take(mend)
                     if not self.others:
                         return
-
-    def _fastest(self, rows):
-        """Return the row of the fastest call of the function as it is, and its seconds."""
-        # Of processor time, as a busy machine makes no function slow.
-        start = time.process_time()
-        replies = self._replies(rows, self.tried, [[]] * TIMED)
-        own = (time.process_time() - start) / len(replies)
-        seconds = np.reshape([reply.seconds for reply in replies], (TIMED, -1)).mean(axis=0)
-        row = int(np.argmin(seconds))
-        return row, seconds[row] + own
 
     def _written(self, deep):
         """Look for formulas, written where other values are needed, that make all right; deep:
         whether long ones are looked for.
         """
-        needs, known = self._needs()
+        needs = Needs(self.student, self.tried, self._wrong_rows(MOST_NEEDED))
+        # Of slow calls, thousands take too long: as many as values are looked for with.
+        if needs.seconds > SLOW:
+            return
+        known = [(need.place, needs.values(need)) for need in needs.all()]
+        known = [pair for pair in known if pair[1] is not None]
         found = _found(known, short_formulas)
-        if not self._surest(found, needs) and deep:
+        if not self._surest(found, needs) and deep and not self._paired():
+            # Where a name gets its value, the same is said better than where it is used.
+            known = [pair for pair in known if not pair[0].text.isidentifier()]
             self._surest(found + _found(known, long_formulas), needs)
 
+    def _paired(self):
+        """Return whether there are changes, one or two, that make all right: of the likeliest, the
+        best ones.
+        """
+        tried = replace(self.tried, wave=TOGETHER)
+        for pair in islice(self._pairs(tried, self._wrong_rows(PAIRED)), MOST_SURE):
+            if mend := self._sure(tried, pair):
+                self._take(mend)
+                if self._is_found():
+                    break
+        return self.best is not None
+
+    def _pairs(self, tried, rows):
+        """Yield changes, one or two, that make these rows right: first pairs of which each brings
+        its own part of what is missing, then any two of the likely ones.
+        """
+        expected, scale = rows.expected, largest(rows.expected)
+        limit, turns = ALIKE * scale, rows.exercise.turns
+        before = self._came(rows, tried, [[]])
+        came = self._came(rows, tried, [[k] for k in range(self.student.count)])
+        came[np.isinf(came)] = np.nan
+        brought = came - before
+        good = np.sum(difference(came, expected, turns) <= limit, axis=(1, 2))
+        yield from ([int(one)] for one in np.flatnonzero(good == expected.size))
+        moving = np.flatnonzero((np.abs(brought) > limit).any(axis=(1, 2)))
+        for place, one in enumerate(moving):
+            others = moving[place + 1 :]
+            off = difference(came[one] + brought[others], expected, turns)
+            for other in others[(off <= limit).all(axis=(1, 2))]:
+                yield [int(one), int(other)]
+        _, different = np.unique(np.round(came[moving] / scale, DIGITS), axis=0, return_index=True)
+        likely = sorted(moving[different].tolist(), key=lambda k: (-good[k], k))
+        pairs = [[*pair] for pair in combinations(likely[:MOST_LIKELY], 2)]
+        right = self._right(rows.part([0]), tried, pairs).all(axis=(1, 2))
+        yield from (pairs[k] for k in np.flatnonzero(right))
+
     def _surest(self, found, needs):
-        """Return whether one of these formulas makes all right: the shortest is the best one, and
-        first of all one in a helper with which other functions become right, too.
+        """Return whether there is a change or one of these formulas that makes all right: of the
+        short ones, the best one.
         """
         different = {(place.number, *written): (place, *written) for place, *written in found}
-        found = sorted(different.values(), key=_size)
-        helpers = [one for one in found if one[0].function != self.function]
-        mends = self._sure_ones(helpers, needs) if self.others else ()
-        helpful = [mend for mend in islice(mends, MOST_COMPARED) if mend.helps]
-        good = helpful or [*islice(self._sure_ones(found, needs), 1)]
-        for mend in good:
+        every = _together(sorted(different.values(), key=_size), needs.wrong)
+        steps = ((*self.tried.made, (self.function, None, written)) for written in every)
+        mends = (self._sure(replace(self.tried, made=step), []) for step in steps)
+        for mend in islice(filter(None, mends), MOST_COMPARED if self.others else 1):
             self._take(mend)
-        return bool(good)
-
-    def _sure_ones(self, found, needs):
-        for written in _together(found, needs.wrong):
-            tried = replace(self.tried, made=written)
-            if mend := self._sure(tried, []):
-                yield mend
-
-    def _needs(self):
-        """Return what is needed, and the places that need it with what stands beside them."""
-        rows = self._wrong_rows(self.asked[::-1], MOST_NEEDED)
-        needs = Needs(self.student, self.tried, rows)
-        known = [(need.place, needs.values(need)) for need in needs.all()]
-        return needs, [pair for pair in known if pair[1] is not None]
+        return self.best is not None
 
     def _sure(self, tried, numbers):
         """Return the mend of these changes if all rows are right with them, and those of right
@@ -279,10 +301,14 @@ class _Search:
         if self.best is None or mend.worth > self.best.worth:
             self.best = mend
 
-    def _wrong_rows(self, asked, most=FEW):
-        """Return a few of these rows that have wrong answers, None where none has."""
-        for rows in asked:
-            places = np.flatnonzero(~self._right(rows, self.tried, [[]])[0].all(axis=1))
+    def _wrong_rows(self, most=FEW):
+        """Return a few of the rows that have wrong answers, None where none has: if possible,
+        numbers.
+        """
+        for rows in self.asked:
+            wrong = ~self._right(rows, self.tried, [[]])[0].all(axis=1)
+            answered = np.isfinite(self._came(rows, self.tried, [[]])[0]).all(axis=1)
+            places = np.flatnonzero(wrong & answered if any(wrong & answered) else wrong)
             if len(places):
                 return rows.part(places[spread(len(places), most)])
         return None
@@ -291,15 +317,19 @@ class _Search:
         """Return which numbers are right, or none where there is no answer, with each of these
         changes: (changes, rows, numbers).
         """
-        exercise, count = rows.exercise, len(rows.good)
-        some = batches(changes, max(1, AT_ONCE // count))
-        replies = [*chain(*(self._replies(rows, tried, each) for each in some))]
-        came = numbers_of(exercise, replies).reshape(len(changes), count, len(exercise.turns))
-        expected = exercise.outcome(exercise.answer, rows.robot, rows.columns)
-        limits = limits_of(exercise, expected, rows.tolerance)
-        right = difference(came, expected, exercise.turns) <= limits
+        exercise, came = rows.exercise, self._came(rows, tried, changes)
+        limits = limits_of(exercise, rows.expected, rows.tolerance)
+        right = difference(came, rows.expected, exercise.turns) <= limits
         none = ~np.isfinite(came).all(axis=2, keepdims=True)
         return np.where(rows.refuse[:, None], none, right)
+
+    def _came(self, rows, tried, changes):
+        """Return the answers (changes, rows, numbers) with each of these changes."""
+        count = len(rows.good)
+        some = batches(changes, max(1, AT_ONCE // count))
+        replies = [*chain(*(self._replies(rows, tried, each) for each in some))]
+        came = numbers_of(rows.exercise, replies)
+        return came.reshape(len(changes), count, came.shape[1])
 
     def _replies(self, rows, tried, changes):
         """Return the replies to all rows with each of these changes."""
@@ -325,6 +355,8 @@ def _size(found):
     # What a name is worth is better said where it gets its value, and an argument in the call.
     if place.text.isidentifier():
         long += UNLIKELY if kind in ("a formula", "a number") else kind != "a variable"
+    # Nobody forgets a term that is divided by something.
+    long += UNLIKELY * (kind == "a term" and re.search(r"/[A-Za-z_]", text) is not None)
     # Nobody forgets a term of pi, or a factor of 2.
     if not set(_NAME.findall(place.text)) - PLAIN_NUMBERS:
         long += UNLIKELY * (kind != "a number")
@@ -365,7 +397,8 @@ def _with_others(robot, program, lab, longer):
     for name in names:
         first = constants[name][0]
         if longer or first[0] not in "ld":
-            factor = (1.3 + 0.1 * len(own)) * (2 if first[0] == "l" else 1)
+            # A value of few digits would pass for a number that somebody has typed.
+            factor = (1.37 + 0.11 * len(own)) * (2 if first[0] == "l" else 1)
             own[name] = factor * getattr(robot, first)
     changed = {key: value for name, value in own.items() for key in constants[name]}
     return replace(robot, **changed), own
@@ -384,9 +417,7 @@ def _answerable(rows, program, lab):
             moved = moving(rows, robot) if longer else rows
             asked.append(replace(moved, robot=robot, constants=constants))
     for each in asked:
-        with np.errstate(all="ignore"):
-            right = each.exercise.outcome(each.exercise.answer, each.robot, each.columns)
-        places = np.flatnonzero(np.isfinite(right).all(axis=1) & ~each.refuse)
+        places = np.flatnonzero(np.isfinite(each.expected).all(axis=1) & ~each.refuse)
         yield each.part(places)
 
 

@@ -104,18 +104,11 @@ def _plain(function, given):
     for node in ast.walk(function):
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             node.name = plain(node.name)
-            if _is_text(node.body[0]):
-                node.body = node.body[1:]  # without its docstring
+            if ast.get_docstring(node) is not None:
+                node.body = node.body[1:]
         elif isinstance(node, ast.arg):
             node.arg = plain(node.arg)
             node.annotation = None
         elif isinstance(node, ast.Name):
             node.id = plain(node.id)
     return ast.dump(function)
-
-
-def _is_text(statement):
-    if not isinstance(statement, ast.Expr):
-        return False
-    value = statement.value
-    return isinstance(value, ast.Constant) and isinstance(value.value, str)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,6 +56,12 @@ class AskedRows:
         """The numbers of the rows that have an answer and got a wrong one."""
         return np.flatnonzero(~self.good & ~self.refuse)
 
+    @cached_property
+    def expected(self) -> np.ndarray:
+        """The right answers (n, numbers), nan where there is none."""
+        with np.errstate(all="ignore"):
+            return self.exercise.outcome(self.exercise.answer, self.robot, self.columns)
+
     def part(self, places: np.ndarray | list[int]) -> AskedRows:
         """Return some of the rows."""
         return replace(
@@ -101,12 +108,11 @@ class Questions:
         nothing is recorded.
         """
         exercise, wanted = self._exercises[name], self._set_for(robot)
-        rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
-        replies = self._replies(name, rows_from(rows), wanted, None)
-        verdict = judge(exercise, robot, rows, replies, tolerance)
-        return self._settled(
-            verdict, rows_of(exercise, robot, rows, tolerance, None, wanted), replies, None
-        )
+        rows = rows_of(exercise, robot, columns, np.max(tolerance), None, wanted)
+        rows = rows.part(np.isfinite(rows.expected).all(axis=1))
+        replies = self._replies(name, rows_from(rows.columns), wanted, None)
+        verdict = judge(exercise, robot, rows.columns, replies, rows.tolerance)
+        return self._settled(verdict, rows, replies, None)
 
     def _settled(self, verdict, rows, replies, limit):
         """Return the verdict, where it knows no mistake with what a second look tells."""
@@ -175,13 +181,6 @@ def rows_of(exercise, robot, columns, tolerance, refuse, constants):
     good = np.ones(n, bool)
     tolerance = np.broadcast_to(tolerance, n)
     return AskedRows(exercise, robot, columns, tolerance, refuse, constants, good)
-
-
-def with_answers(exercise, robot, columns):
-    """Return the rows to which the right model has an answer."""
-    with np.errstate(all="ignore"):
-        known = np.isfinite(exercise.outcome(exercise.answer, robot, columns)).all(axis=1)
-    return [np.asarray(column)[known] for column in columns]
 
 
 def changing(first: list[Reply], again: list[Reply]) -> bool:

@@ -39,10 +39,10 @@ class Tried:
     """Changes of a program to be tried: of each row that is asked, the numbers of its changes in
     the list for this function and wave, None for no list.
 
-    apart: functions that are not changed; made: what is changed before, (wave, number), or written
-    in some places, (place, kind of mistake, formula) of each; watched: whether the values of all
-    places are shown instead, with, of each row, the place whose visits are told, and (place, the
-    numbers of its visits) for those in which others are put.
+    apart: functions that are not changed; made: the steps in which it is changed before, as in
+    `cell.changes.Trials`; watched: whether the values of all places are shown instead, with, of
+    each row, the place whose visits are told, and (place, the numbers of its visits) for those in
+    which others are put.
     """
 
     function: str

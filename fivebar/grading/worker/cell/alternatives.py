@@ -11,7 +11,7 @@ import ast
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from itertools import combinations, permutations
 
 from scopes import LEG_NUMBER, Scope, names_in, other_leg
@@ -69,9 +69,6 @@ MANY = 200  # steps, enough for what comes closer with each
 MOST_WHOLE = 20  # of whole numbers that may be off by 1
 MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
 MOST_ARGUMENTS = 4  # of a call of which all orders are tried
-MOST_TOKENS = 60  # of a formula in which brackets are tried
-_TOKEN = re.compile(r"[\w.]+|\*\*|//|[^\s\w]")
-_WORD = re.compile(r"[\w.]")
 _BAR = re.compile(r"\d(?=\D*$)")  # the number of a bar in its leg
 _GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow | ast.FloorDiv
 Alternatives = Iterator[tuple[int, str, ast.expr]]
@@ -138,13 +135,23 @@ def alternatives(place: Place) -> Alternatives:
     signed = ast.BinOp | ast.Call | ast.Name | ast.Subscript
     if place.term and not stored and isinstance(node, signed):
         yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
+        for other in place.scope.constants:
+            yield 3, "a factor", ast.BinOp(node, ast.Mult(), name_of(other))
+            yield 3, "a factor", ast.BinOp(node, ast.Div(), name_of(other))
+        for other in map(name_of, place.scope.arguments):
+            yield 3, "a term", ast.BinOp(node, ast.Add(), other)
+            yield 3, "a term", ast.BinOp(node, ast.Sub(), other)
+    if isinstance(node, ast.BinOp | ast.Call):
+        # A turn by 90 degrees is a factor of complex numbers.
+        yield 3, "a direction", ast.BinOp(ast.Constant(1j), ast.Mult(), node)
+        yield 3, "a term", ast.BinOp(node, ast.Add(), ast.Constant(1))
     # A fixed sign may be that of one mode alone.
     for name in place.scope.arguments if place.term or isinstance(node, ast.UnaryOp) else ():
         if re.match("assembly|gamma|branch", name):
             both = ast.BinOp(getattr(node, "operand", node), ast.Mult(), name_of(name))
             yield 2, "a mode", both
     around = getattr(place.parent, "op", place.parent)
-    if isinstance(around, _OF_MATRICES) or _callee(around) == "dot":
+    if isinstance(around, _OF_MATRICES) or _callee(around) in ("dot", "solve"):
         yield 1, "a transpose", transposed(node)
     whole = isinstance(place.parent, ast.stmt | ast.Lambda | ast.List | ast.Tuple)
     if whole or isinstance(node, ast.Call) or isinstance(around, ast.Div):
@@ -175,11 +182,16 @@ def _exchanged(node, scope):
         *(("a variable", _swapped(text, *pair)) for pair in pairs),
         ("a function", _swapped(text, "sin", "cos")),
         ("a variable", other_leg(text)),
+        ("a variable", re.sub(r"\w+", partial(_of_other_leg, scope.constants), text)),
         ("a variable", _swapped(text, "A", "B")),
     ]
     for kind, changed in ways:
         if changed != text:
             yield 2, kind, ast.parse(changed, mode="eval").body
+
+
+def _of_other_leg(names, found):
+    return other_leg(found[0]) if found[0] in names else found[0]
 
 
 def _swapped(text, a, b):
@@ -201,8 +213,10 @@ def _of_name(place):
     yield from ((0, "a function", name_of(other)) for other in _MEANT.get(name, ()))
     if name in scope.constants:
         yield 1, "a factor", ast.BinOp(place.node, ast.Div(), ast.Constant(2))
-    if name not in scope.known:
-        yield from ((0, "a variable", name_of(other)) for other in scope.stored)
+    yield 2, "a square", ast.BinOp(place.node, ast.Pow(), ast.Constant(2))
+    rank = 2 if name in scope.known else 0
+    if rank == 0 or isinstance(place.parent, ast.Tuple | ast.Call):
+        yield from ((rank, "a variable", name_of(other)) for other in scope.stored)
 
 
 def _added_angles(place):
@@ -249,12 +263,12 @@ def _of_operation(place):
     if isinstance(op, ast.Sub):
         both = ast.BinOp(left, ast.Add(), right)
         yield 1, "a sign", ast.UnaryOp(ast.USub(), both)
-    if not isinstance(op, ast.Add | ast.Mult):
+    if not isinstance(op, ast.Add | ast.Mult | ast.MatMult):
         yield 1, "the order", ast.BinOp(right, op, left)
     yield from ((1, "a bracket", new) for new in _moved_ends(node))
     if isinstance(op, ast.MatMult):
         yield from _of_matrices(node)
-    if not isinstance(place.parent, ast.BinOp | ast.UnaryOp):
+    if getattr(place.parent, "left", None) is not node:
         yield from ((1, "a bracket", new) for new in _brackets(node))
 
 
@@ -263,7 +277,9 @@ def _is_product(node):
 
 
 def _of_matrices(node):
-    """Yield a product of matrices in all orders."""
+    """Yield a product of matrices in all orders, and with the inverse of the first one."""
+    inverse = ast.parse("__import__('numpy').linalg.inv", mode="eval").body
+    yield 2, "an inverse", ast.BinOp(ast.Call(inverse, [node.left], []), node.op, node.right)
     factors = [*_factors(node)]
     for order in permutations(factors) if len(factors) <= MOST_FACTORS else ():
         yield 2, "the order", reduce(lambda a, b: ast.BinOp(a, ast.MatMult(), b), order)
@@ -277,50 +293,37 @@ def _factors(node):
         yield node
 
 
-def _brackets(node: ast.expr) -> Iterator[ast.expr]:
-    """Yield a formula with one more pair of brackets, or with one pair less."""
-    text = ast.unparse(node)
-    tokens = [found.span() for found in _TOKEN.finditer(text)]
-    if len(tokens) > MOST_TOKENS:
-        return
-    words = [text[first:last] for first, last in tokens]
-    made = {text}
-    for changed in _with_brackets(text, tokens, words):
-        try:
-            new = ast.parse(changed, mode="eval").body
-        except SyntaxError:
-            continue
-        if (read := ast.unparse(new)) not in made:
-            made.add(read)
-            yield new
+def _brackets(node: ast.BinOp) -> Iterator[ast.expr]:
+    """Yield a formula with brackets around neighbours in its chain of operators: a / b * c as
+    a / (b * c).
+    """
+    parts: list[ast.expr] = [node]
+    operators: list[ast.operator] = []
+    while isinstance(first := parts[0], ast.BinOp):
+        parts[:1] = first.left, first.right
+        operators.insert(0, first.op)
+    for start, end in combinations(range(1, len(parts)), 2):
+        inner = _chain(parts[start : end + 1], operators[start:end])
+        around = [*parts[:start], inner, *parts[end + 1 :]]
+        yield _chain(around, operators[:start] + operators[end:])
 
 
-def _with_brackets(text, tokens, words):
-    """Yield a text with a pair of brackets more, or less, where others are closed between these."""
-    for k, word in enumerate(words):
-        called = k and (_WORD.match(words[k - 1]) or words[k - 1] in ")]")
-        depth = 0
-        for m in range(k, len(words)):
-            depth += (words[m] in "([") - (words[m] in ")]")
-            if depth < 0:
-                break
-            (first, inside), (end, last) = tokens[k], tokens[m]
-            ends = depth == 0 and (_WORD.match(words[m]) or words[m] in ")]")
-            if ends and m > k + 1 and (_WORD.match(word) or word in "-("):
-                yield f"{text[:first]}({text[first:last]}){text[last:]}"
-            if ends and word == "(" and not called:
-                yield text[:first] + text[inside:end] + text[last:]
+def _chain(parts, operators):
+    made = parts[0]
+    for op, part in zip(operators, parts[1:]):
+        made = ast.BinOp(made, op, part)
+    return made
 
 
 def _moved_ends(node):
-    """Yield a sum with a function in it that ends later, f(a) + b as f(a + b), a sum of squares as
-    the square of the sum, and a product of a sum without its last term, a*(b + c) as a*b + c.
+    """Yield a formula without the brackets around its last part, a * (b + c) as a * b + c; a sum
+    with a function in it that ends later, f(a) + b as f(a + b); and a sum of squares as the square
+    of the sum.
     """
     left, op, right = node.left, node.op, node.right
-    is_sum = isinstance(right, ast.BinOp) and isinstance(right.op, ast.Add | ast.Sub)
-    if is_sum and isinstance(op, ast.Mult | ast.MatMult):
-        yield ast.BinOp(ast.BinOp(left, op, right.left), right.op, right.right)
     powers = isinstance(left, ast.BinOp) and isinstance(right, ast.BinOp)
+    if isinstance(right, ast.BinOp):
+        yield ast.BinOp(ast.BinOp(left, op, right.left), right.op, right.right)
     if powers and isinstance(left.op, ast.Pow) and isinstance(right.op, ast.Pow):
         yield ast.BinOp(ast.BinOp(left.left, op, right.left), ast.Pow(), left.right)
     if isinstance(op, ast.Add | ast.Sub) and isinstance(left, ast.Call) and left.args:
@@ -337,8 +340,10 @@ def _of_number(place):
     if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
         return
     listed = isinstance(around, ast.List | ast.Tuple)
-    if type(value) is int and listed:
-        yield 0, "a whole number", ast.Constant(float(value))
+    if listed:
+        yield 1, "a sign", ast.UnaryOp(ast.USub(), place.node)
+        if type(value) is int:
+            yield 0, "a whole number", ast.Constant(float(value))
     if _callee(around) in ("range", "linspace"):
         yield 1, "steps", ast.Constant(MANY)
     yield from ((0, "a typed number", name) for name in typed(place))
@@ -373,6 +378,8 @@ def _of_attribute(place):
     node = place.node
     if node.attr == "T":
         yield 0, "a transpose", node.value
+    if (other := other_leg(node.attr)) != node.attr:
+        yield 0, "a variable", ast.Attribute(node.value, other, ast.Load())
     for other in _MEANT.get(node.attr, ()):
         yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
         if _is_product(node.value):
@@ -393,8 +400,6 @@ def _of_call(place):
     arguments, keywords = node.args, node.keywords
     if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
         return
-    if name == "astype" and isinstance(node.func, ast.Attribute):
-        yield 1, "a function", node.func.value
     if len(arguments) == 1 or name in _LIMITS:
         yield from ((1, "a function", argument) for argument in arguments)
         if name.endswith("inv"):
@@ -415,9 +420,6 @@ def _of_call(place):
     else:
         for order in exchanges(arguments):
             yield 2, "the order", ast.Call(node.func, order, keywords)
-    if name == "solve" and len(arguments) == 2:
-        matrix, vector = arguments
-        yield 1, "a transpose", ast.Call(node.func, [transposed(matrix), vector], [])
     quotient = arguments[0]
     if (
         name in ("atan", "arctan")

@@ -26,7 +26,7 @@ MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TYPED = 256  # ways to name the numbers that a function has typed
 MOST_TOLD = 8  # changes of one request that are told in words
-WAVES = (0, 1), (2,)  # ranks tried together
+WAVES = (0, 1), (2,), (0, 1, 2, 3)  # ranks tried together
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 _LEG = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12]|left|right")
@@ -74,7 +74,8 @@ class Change:
         first, count = members[0], len(members)
         both = dict.fromkeys((short(one.old), short(one.new)) for one in members)
         old, new = zip(*both)
-        words = old[0], new[0] + (f", in {count} places" if count > 1 else "")
+        where = "places" if len(both) == 1 else "formulas"
+        words = old[0], new[0] + (f", in {count} {where}" if count > 1 else "")
         if {*old} == {*new}:  # they are exchanged
             words = " and ".join(old), " and ".join(new)
         return first.place[0], first.kind, first.scope.name, *words
@@ -84,8 +85,9 @@ class Trials:
     """A program to be run with changes in it, or watched.
 
     A request has the function that is looked at, those that are left apart, what is made before,
-    and the wave of changes, None for none. What is made is (wave, number) of a change, or what is
-    written in some places, each (number, kind, formula).
+    and the wave of changes, None for none. What is made are steps, each in what the ones before it
+    left: (function, wave, numbers) of changes, or (function, None, what is written in some places),
+    each (number, kind, formula).
     """
 
     def __init__(self, body: list[ast.stmt]):
@@ -103,12 +105,11 @@ class Trials:
         return self._known[key]
 
     def _made(self, request):
-        body, words, made = self._body, [], request["made"]
-        if made:
-            written = isinstance(made[0], list)
-            wave = None if written else made[0]
-            plain = self.of(request | {"made": [], "watched": written, "wave": wave})
-            body, words = plain.changed(made if written else made[1])
+        body, words = self._body, []
+        if request["made"]:
+            *before, (function, wave, which) = request["made"]
+            step = {"made": before, "function": function, "wave": wave, "watched": wave is None}
+            body, words = self.of(request | step).changed(which)
         function, apart = request["function"], request["apart"]
         if request["watched"]:
             return Watched(body, function, apart)
@@ -136,15 +137,16 @@ class Variants:
         groups: dict = {}
         signs = _Signs()
         for scope in self.scopes if ranks else ():
-            for one in _single_changes(scope, ranks, signs):
-                for key in one.alike:
+            for one in _single_changes(scope, signs):
+                for key in one.alike if one.rank in ranks else ():
                     groups.setdefault(key, []).append(one)
         self.changes = _ordered(groups, function)
 
-    def changed(self, number: int) -> tuple[list[ast.stmt], list[list]]:
-        """Return the program's statements after a change, and the change in words."""
-        change = self.changes[number]
-        return exchanged(self.body, change.swaps), [[*change.told]]
+    def changed(self, numbers: list[int]) -> tuple[list[ast.stmt], list[list]]:
+        """Return the program's statements after changes, and these in words."""
+        changes = [self.changes[number] for number in numbers]
+        swaps = dict(chain.from_iterable(change.swaps.items() for change in changes))
+        return exchanged(self.body, swaps), [[*change.told] for change in changes]
 
     @cached_property
     def _with_switches(self):
@@ -176,13 +178,13 @@ class Variants:
         return put_in(space, code, apart)
 
     def told(self, numbers: list[list[int]]) -> dict:
-        """Return how many changes there are; in words, those made before and those asked for, if
-        they are few.
+        """Return how many changes there are; in words, those asked for, if they are few, or else
+        those made last.
         """
         wanted = sorted({*chain.from_iterable(numbers)})
         few = wanted if len(wanted) <= MOST_TOLD else []
         words = [[*self.changes[number].told] for number in few]
-        return {"count": len(self.changes), "changes": [*self.words, *words]}
+        return {"count": len(self.changes), "changes": words or self.words}
 
     def seen(self, space: dict) -> dict:
         """Return nothing, as nothing is watched."""
@@ -244,21 +246,18 @@ class _Single:
         return ", ".join(dict.fromkeys(lines))
 
 
-def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
+def _single_changes(scope, signs) -> Iterator[_Single]:
     for place in places(scope):
         old, around = signs.of(place.node), _leg_free(signs.of(place.parent))
         for rank, kind, new in alternatives(place):
-            if rank in ranks:
-                key = kind, _leg_free(f"{old}; {signs.of(new)}"), around
-                yield _Single(rank, kind, scope, [place.node], {id(place.node): new}, key)
-    if 1 in ranks:
-        yield from _typed(scope)
+            key = kind, _leg_free(f"{old}; {signs.of(new)}"), around
+            yield _Single(rank, kind, scope, [place.node], {id(place.node): new}, key)
+    yield from _typed(scope)
     if isinstance(scope.function, ast.FunctionDef):
         for rank, kind, nodes, new in _of_statements(scope):
-            if rank in ranks:
-                swaps = dict(zip(map(id, nodes), new))
-                key = kind, _leg_free("; ".join(map(signs.of, (*nodes, *chain(*new))))), ""
-                yield _Single(rank, kind, scope, nodes, swaps, key)
+            swaps = dict(zip(map(id, nodes), new))
+            key = kind, _leg_free("; ".join(map(signs.of, (*nodes, *chain(*new))))), ""
+            yield _Single(rank, kind, scope, nodes, swaps, key)
 
 
 def _typed(scope) -> Iterator[_Single]:
@@ -326,6 +325,8 @@ def _ordered(groups, function):
             swaps: dict = {}
             for one in members:
                 swaps |= one.swaps
+            # Of a place there may be several changes: one of them is made.
+            members = [one for one in members if one.swaps.items() <= swaps.items()]
             key = frozenset(map(id, swaps.values()))
             if key not in seen:
                 seen.add(key)

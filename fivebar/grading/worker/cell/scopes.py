@@ -66,7 +66,7 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             if made is None or sum(1 for _ in ast.walk(made)) > MOST_NODES:
                 continue
             called = owner.name if owner and name == "__init__" else name
-            defined.setdefault(called, []).append((made, name))
+            defined.setdefault(called, []).append((made, called))
             arguments[called] = _own_arguments(made)
     lines = [node for node in body if isinstance(node, ast.Assign) and not function_of(node)[0]]
     constants = names_in(chain(*(node.targets for node in lines)), ast.Store)

@@ -219,7 +219,7 @@ class Watched:
             new = ast.fix_missing_locations(swaps[id(place.node)])
             shown = short(ast.unparse(new))
             if len(group) > 1:
-                shown += f", in {len(group)} places"
+                shown += f", in {len(group)} formulas"
             old = short(self._texts[group[0][0]])
             told.append([place.node.lineno, kind, place.scope.name, old, shown])
         return exchanged(self._body, swaps), told
