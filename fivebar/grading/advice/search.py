@@ -207,10 +207,11 @@ class _Search:
         size = max(LEAST_AT_ONCE, int(AT_A_TIME / (min(seconds) + A_CALL)))
         for some in batches([[k] for k in range(self.student.count)], size):
             right = self._right(row, tried, some).all(axis=(1, 2))
-            for k in np.flatnonzero(right)[:MOST_SURE]:
-                if mend := self._sure(tried, some[k]):
+            for numbers in (some[k] for k in np.flatnonzero(right)):
+                few = self._right(rows, tried, [numbers]).all()
+                if few and (mend := self._sure(tried, numbers)):
                     self._take(mend)
-                    if not self.others:
+                    if self._is_found():
                         return
 
     def _written(self, deep):
