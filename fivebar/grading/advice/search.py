@@ -253,7 +253,7 @@ class _Search:
         came[np.isinf(came)] = np.nan
         brought = came - before
         good = np.sum(difference(came, expected, turns) <= limit, axis=(1, 2))
-        yield from ([int(one)] for one in np.flatnonzero(good == expected.size))
+        yield from np.argwhere(good == expected.size).tolist()
         moving = np.flatnonzero((np.abs(brought) > limit).any(axis=(1, 2)))
         for place, one in enumerate(moving):
             others = moving[place + 1 :]
