@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain, combinations, islice
+from itertools import chain, combinations, compress, islice
 
 import numpy as np
 
@@ -207,7 +207,7 @@ class _Search:
         size = max(LEAST_AT_ONCE, int(AT_A_TIME / (min(seconds) + A_CALL)))
         for some in batches([[k] for k in range(self.student.count)], size):
             right = self._right(row, tried, some).all(axis=(1, 2))
-            for numbers in (some[k] for k in np.flatnonzero(right)):
+            for numbers in compress(some, right):
                 few = self._right(rows, tried, [numbers]).all()
                 if few and (mend := self._sure(tried, numbers)):
                     self._take(mend)
@@ -264,7 +264,7 @@ class _Search:
         likely = sorted(moving[different].tolist(), key=lambda k: (-good[k], k))
         pairs = [[*pair] for pair in combinations(likely[:MOST_LIKELY], 2)]
         right = self._right(rows.part([0]), tried, pairs).all(axis=(1, 2))
-        yield from (pairs[k] for k in np.flatnonzero(right))
+        yield from compress(pairs, right)
 
     def _surest(self, found, needs):
         """Return whether there is a change or one of these formulas that makes all right: of the

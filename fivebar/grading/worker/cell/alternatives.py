@@ -215,7 +215,8 @@ def _of_name(place):
         yield 1, "a factor", ast.BinOp(place.node, ast.Div(), ast.Constant(2))
     yield 2, "a square", ast.BinOp(place.node, ast.Pow(), ast.Constant(2))
     rank = 2 if name in scope.known else 0
-    if rank == 0 or isinstance(place.parent, ast.Tuple | ast.Call):
+    listed = _callee(place.parent) == "append"  # a list in itself takes all memory
+    if rank == 0 or isinstance(place.parent, ast.Tuple | ast.Call) and not listed:
         yield from ((rank, "a variable", name_of(other)) for other in scope.stored)
 
 
