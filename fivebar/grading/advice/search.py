@@ -203,13 +203,12 @@ class _Search:
         """Look for changes of a wave that make all right."""
         rows = self._wrong_rows()
         seconds = [reply.seconds for reply in self._replies(rows, tried, [[]])]
-        row = rows.part([int(np.argmin(seconds))])
+        row = rows.part([np.argmin(seconds)])
         size = max(LEAST_AT_ONCE, int(AT_A_TIME / (min(seconds) + A_CALL)))
         for some in batches([[k] for k in range(self.student.count)], size):
             right = self._right(row, tried, some).all(axis=(1, 2))
             for numbers in compress(some, right):
-                few = self._right(rows, tried, [numbers]).all()
-                if few and (mend := self._sure(tried, numbers)):
+                if mend := self._sure(tried, numbers):
                     self._take(mend)
                     if self._is_found():
                         return

@@ -80,7 +80,7 @@ class Ask(Questions):
                 exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard))
             )
         best: Any = None
-        for also in (robot, *self._also) if own else (robot,):
+        for also in self._own if own else (robot,):
             verdict = judge(exercise, also, columns, replies, tolerance, refuse, threshold)
             if best is None or verdict.share > best.share:
                 best, best_robot = verdict, also

@@ -85,7 +85,13 @@ class Questions:
             program.robot_in(lab),
             lab.robot(),
         )
-        self._also = tuple(with_numbers(self._robot, numbers) for numbers in lab.also())
+        also = (with_numbers(self._robot, numbers) for numbers in lab.also())
+        given = {*program.student.constants.values()}
+        # First the one that has the most of the file's numbers.
+        self._own = sorted(
+            (self._robot, *also),
+            key=lambda robot: len(given.difference(parameters_of(robot).values())),
+        )
 
     def _replies(self, name, rows, constants, limit):
         if name in self._hopeless:

@@ -144,7 +144,6 @@ def alternatives(place: Place) -> Alternatives:
     if isinstance(node, ast.BinOp | ast.Call):
         # A turn by 90 degrees is a factor of complex numbers.
         yield 3, "a direction", ast.BinOp(ast.Constant(1j), ast.Mult(), node)
-        yield 3, "a term", ast.BinOp(node, ast.Add(), ast.Constant(1))
     # A fixed sign may be that of one mode alone.
     for name in place.scope.arguments if place.term or isinstance(node, ast.UnaryOp) else ():
         if re.match("assembly|gamma|branch", name):
