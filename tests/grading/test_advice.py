@@ -281,7 +281,8 @@ def test_a_slip_of_a_constructor_and_one_beside_it_are_told_in_their_places(tmp_
         ("+ l * self.q1D**2 * self.e1()", "- l * self.q1D**2 * self.e1()"),
     )
     lines = {c.function: c.spot.split(":")[0] for c in found.checks if c.spot}
-    assert lines == {"igm": "line 43", "ikm": "line 20"}
+    passive = {"dkm_passive": "line 57", "dkm2_passive": "line 63"}
+    assert lines == {"igm": "line 43", "ikm": "line 20"} | passive
 
 
 @pytest.mark.deep

@@ -45,7 +45,7 @@ class Advice:
             for rows in ask.rows_asked:
                 self._asked.setdefault(rows.exercise.name, []).append(rows)
         self._seconds = MOST_SECONDS
-        self._mends: list[Mend] = []
+        self._mends: dict[str, Mend] = {}  # of the functions that pay
         self._cut: list[str] = []  # functions of which not all was tried
 
     def tell(self) -> None:
@@ -90,12 +90,12 @@ class Advice:
         self._seconds -= budget.left
         wrong = {check.function for check in self._checks.found if check.share < 1}
         outline, asked, made = self._program.student.outline, self._asked, ()
-        for mend in self._mends:
+        for mend in self._mends.values():
             made = mend.change if builds_on(outline, function, mend.inside) else made
         best = find_mend(self._program, self._lab, function, asked, wrong, not named, budget, made)
         self._seconds += max(budget.left, 0)
-        if best is not None:
-            self._mends.append(best)
+        if best:
+            self._mends[function] = best
             self._judge_with(best)
             self._tell(best, function)
         elif named:
@@ -136,7 +136,7 @@ class Advice:
         outline, changed = self._program.student.outline, mend.inside
         for k, check in enumerate(self._checks.found):
             failed = self._checks.failed.get(check.name)
-            if failed is None or check.share == 1 or check.function == mend.function:
+            if failed is None or check.share == 1 or check.function in self._mends:
                 continue
             asked = failed.ask.asked
             if not any(builds_on(outline, name, changed) for name in asked):

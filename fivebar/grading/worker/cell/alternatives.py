@@ -135,9 +135,9 @@ def alternatives(place: Place) -> Alternatives:
     signed = ast.BinOp | ast.Call | ast.Name | ast.Subscript
     if place.term and not stored and isinstance(node, signed):
         yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
-        for other in place.scope.constants:
-            yield 3, "a factor", ast.BinOp(node, ast.Mult(), name_of(other))
-            yield 3, "a factor", ast.BinOp(node, ast.Div(), name_of(other))
+        for by in (*map(name_of, place.scope.constants), ast.Constant(2)):
+            yield 3, "a factor", ast.BinOp(node, ast.Mult(), by)
+            yield 3, "a factor", ast.BinOp(node, ast.Div(), by)
         for other in map(name_of, place.scope.arguments):
             yield 3, "a term", ast.BinOp(node, ast.Add(), other)
             yield 3, "a term", ast.BinOp(node, ast.Sub(), other)
@@ -214,8 +214,9 @@ def _of_name(place):
         yield 1, "a factor", ast.BinOp(place.node, ast.Div(), ast.Constant(2))
     yield 2, "a square", ast.BinOp(place.node, ast.Pow(), ast.Constant(2))
     rank = 2 if name in scope.known else 0
-    listed = _callee(place.parent) == "append"  # a list in itself takes all memory
-    if rank == 0 or isinstance(place.parent, ast.Tuple | ast.Call) and not listed:
+    # A list in itself takes all memory.
+    around = place.parent
+    if not rank or isinstance(around, ast.Tuple | ast.Call) and _callee(around) != "append":
         yield from ((rank, "a variable", name_of(other)) for other in scope.stored)
 
 
