@@ -216,7 +216,7 @@ def _of_name(place):
     rank = 2 if name in scope.known else 0
     # A list in itself takes all memory.
     around = place.parent
-    if not rank or isinstance(around, ast.Tuple | ast.Call) and _callee(around) != "append":
+    if _callee(around) != "append":
         yield from ((rank, "a variable", name_of(other)) for other in scope.stored)
 
 
