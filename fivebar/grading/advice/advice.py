@@ -96,7 +96,8 @@ class Advice:
         self._seconds += max(budget.left, 0)
         if best:
             self._mends[function] = best
-            self._judge_with(best)
+            # With an earlier slip mended, too, all who pay would be right.
+            self._judge_with(best, self._mends.keys() if made else {function})
             self._tell(best, function)
         elif named:
             self._forgive(function, {mistake.name for mistake in mistakes})
@@ -131,12 +132,12 @@ class Advice:
                 told |= {"misconception": mend.name, "hint": mend.hint}
             self._checks.found[k] = replace(check, **told)
 
-    def _judge_with(self, mend):
+    def _judge_with(self, mend, paying):
         """Judge the other functions that call the one that is to be mended with the change made."""
         outline, changed = self._program.student.outline, mend.inside
         for k, check in enumerate(self._checks.found):
             failed = self._checks.failed.get(check.name)
-            if failed is None or check.share == 1 or check.function in self._mends:
+            if failed is None or check.share == 1 or check.function in paying:
                 continue
             asked = failed.ask.asked
             if not any(builds_on(outline, name, changed) for name in asked):
