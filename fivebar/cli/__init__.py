@@ -106,7 +106,7 @@ def _run(words):
 def _show_warning(usual, message, category, *where):
     """Write what the program warns of as a plain line; Python's own warnings as usual."""
     if category is UserWarning:
-        print(f"fivebar: {message}", file=sys.stderr)
+        _write(str(message))
     else:
         usual(message, category, *where)
 
@@ -143,15 +143,20 @@ def _complain(error, code):
     text = ERRNO.sub(r"\3: \1", " ".join(str(error).split()))
     with suppress(OSError):  # nobody hears it
         try:
-            if not text.isprintable():  # the error may quote a file's hostile name
-                # NumPy, which this brings, cannot be imported after Ctrl-C in its own import.
-                from ..base.representation import printable
-
-                text = printable(text)
-            print("fivebar: " + text, file=sys.stderr)
+            _write(text)
         finally:
             _flush()
     return code
+
+
+def _write(text):
+    """Write a line of this program to stderr; it may quote a file's hostile name."""
+    if not text.isprintable():
+        # NumPy, which this brings, cannot be imported after Ctrl-C in its own import.
+        from ..base.representation import printable
+
+        text = printable(text)
+    print("fivebar: " + text, file=sys.stderr)
 
 
 class _Parser(argparse.ArgumentParser):

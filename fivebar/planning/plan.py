@@ -47,8 +47,6 @@ if TYPE_CHECKING:
 
     from ..models.robots import Robot
 
-# Limits on torques and rates that are limits of the program.
-RATES = "motors", "torque", "joint_speed", "acceleration"
 LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS = 12
 MOST_INTERVALS = 600
@@ -504,9 +502,9 @@ class _PlanSearch:
             if fails:
                 reason += " (functions of your own need slopes that do not jump, as at a root of 0)"
         limits = problem.constraints.torque, problem.constraints.motors
-        own = problem.own is not None and problem.own.costs
         is_bounded = problem.weights["effort"] or any(limits)
-        if own and not is_bounded and (fails or reason.startswith("not accurate")):
+        is_lost = fails or reason.startswith("not accurate")
+        if problem.has_own_cost and not is_bounded and is_lost:
             reason += " (nothing bounds the torque: a constraint would, or a weight on effort)"
         for name, stop in zip(("start", "goal"), (problem.stops[0], problem.stops[-1])):
             motion = np.append(stop[0][0], np.zeros(2 * problem.coordinates.size))

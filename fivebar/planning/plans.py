@@ -30,9 +30,8 @@ if TYPE_CHECKING:
 
 AGAIN = 1e-6  # of an objective: motions that differ by less are one
 FINE = np.linspace(0.0, 1.0, 13)  # places in each interval where a plan is checked
-OWN = (
-    0.1  # weight of the error of a cost of one's own: of its integral, ten times as much is allowed
-)
+# Weight of the error of a cost of one's own: of its integral ten times as much is allowed.
+OWN = 0.1
 COLUMNS = (
     "t",
     "x",
@@ -251,8 +250,13 @@ class Plan(Animated):
 
     @cached_property
     def _fine(self):
-        """Return the motion (n, 13, columns) within every interval, and it as Accelerations."""
-        k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), FINE, indexing="ij")
+        return self._within(FINE)
+
+    def _within(self, places):
+        """Return the motion (n, m, columns) at places (m,) of every interval, and it as
+        Accelerations.
+        """
+        k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), places, indexing="ij")
         motion = self.pieces.motion(k, sigma)
         return motion, self.problem.accelerations(motion, self.problem.model)
 
@@ -282,15 +286,10 @@ class Plan(Animated):
         acc = self._fine[1]
         force = np.hypot(*forces_and_torques(acc)[0]).max()
         relative = self.defects / (force or 1.0)
-        own = self.problem.own
-        if own is None or not own.costs:
+        if not self.problem.has_own_cost:
             return relative
         scheme = self.pieces.scheme
-        k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), scheme.c, indexing="ij")
-        motion = self.pieces.motion(k, sigma)
-        at_nodes, _ = self._own(
-            sigma, motion, self.problem.accelerations(motion, self.problem.model)
-        )
+        at_nodes, _ = self._own(scheme.c, *self._within(scheme.c))
         fine, _ = self._own(FINE, *self._fine)
         costs = self.pieces.widths * simpson(fine, FINE)
         off = np.abs(self.pieces.widths * (at_nodes @ scheme.powers(1.0)[1]) - costs)

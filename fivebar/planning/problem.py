@@ -94,6 +94,10 @@ class Problem:
         return [(k, t) for k, (_, t) in enumerate(self.stops) if t is not None]
 
     @property
+    def has_own_cost(self) -> bool:
+        return self.own is not None and bool(self.own.costs)
+
+    @property
     def rests(self) -> bool:
         """Whether nothing but places are given, and rest at both ends."""
         return not any(

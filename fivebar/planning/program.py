@@ -212,8 +212,7 @@ class Interval:
         """Return the weighted objective over its unit, and this; integrals of squares are exact."""
         rule = self.rule
         quadrature = rule.powers(1.0)[1]
-        has_own = self.problem.own is not None and bool(self.problem.own.costs)
-        weights = self.problem.weights | {"own": float(has_own)}
+        weights = self.problem.weights | {"own": float(self.problem.has_own_cost)}
         weights["effort"] += self.choosing
         terms = {
             "effort": self.h * ca.sumsqr(self.tau @ (rule.square @ rule.to_power).T),

@@ -1,4 +1,6 @@
-"""First motions between two poses: straight in the bars' angles, and by way of a third pose."""
+"""First motions between two poses: straight in the bars' angles or for the tip, bent to a side, and
+by way of a third pose.
+"""
 
 from __future__ import annotations
 

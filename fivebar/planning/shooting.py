@@ -26,7 +26,8 @@ STOP = 1e5  # weight of the distance from a stop
 BROKEN = 1e2  # weight of the square of a limit's excess, over the cost
 FARTHEST = 1.0  # rad or bars that a step may move a node
 FAST = 0.35  # rad or bars of an interval, beyond which a motion is too fast for it
-# Changes of damping and of the share of a step after one that is taken, and one that is not.
+# After a step that is taken, damping is divided by EASIER; after one that is not, it is multiplied
+# by HARDER. The share of a step that is made changes by HARDER in both cases.
 EASIER, HARDER = 1.5, 4.0
 RIDGE = 1e-12  # of the diagonal of a matrix that is singular
 GAUSS = np.array([0.5 - math.sqrt(3) / 6, 0.5 + math.sqrt(3) / 6])
@@ -114,8 +115,7 @@ class Shooting:
         accelerations = self.units[4] ** 2 / self.units[0] * problem.length
         self.unit = weights["effort"] * self.torque**2 + weights["time"]
         self.unit += weights["jerk"] * (2 * math.pi / duration * accelerations) ** 2
-        self.own = own is not None and bool(own.costs)
-        if self.own:
+        if problem.has_own_cost:
             self.unit += self._own_unit()
         both = ca.vertcat(x, torques)
         squares = ca.vertcat(*residuals)
@@ -123,7 +123,7 @@ class Shooting:
         slopes = ca.jacobian(everything, both)
         hessian = 2 * slopes.T @ slopes
         gradient = 2 * slopes.T @ everything
-        if self.own:
+        if problem.has_own_cost:
             bend, slope = ca.hessian(smooth, both)
             hessian += bend
             gradient += slope
@@ -140,7 +140,7 @@ def _closed(robot, x):
     return ca.vertcat(*bars, *rates)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)  # of about three plans
 def _mapped(function, count):
     return function.map(count)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .guess import Guess
 
 # Intervals of the coarse mesh: at least, and in the time that a bar takes to fall by half of its
-# length.
+# length. With 7.5 of them, motions that swing cost up to a hundred times what they do.
 LEAST_INTERVALS = 24
 FALLING = 12.0
 PLANNED = 4.0  # of the plan's first mesh, in that time
@@ -28,8 +28,8 @@ SWINGS = 32
 NODES = 4000  # of all motions together
 # Of the first guess's, where the duration is free.
 DURATIONS = 1.0, 0.6, 1.6
-STEPS = 20
-KEPT = 10  # motions
+STEPS = 20  # of each coarse motion
+KEPT = 10  # coarse motions, at most, that become starts
 CLOSED = 0.5  # sum of all gaps, scaled, of a motion that may lead to a plan
 SAME = 0.3  # rad or bars: motions that are nowhere farther apart are one
 

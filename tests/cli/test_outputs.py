@@ -5,6 +5,7 @@ import datetime
 import json
 import os
 import sys
+import warnings
 from argparse import ArgumentParser, Namespace
 from copy import copy
 from dataclasses import replace
@@ -957,6 +958,16 @@ def test_an_error_is_one_line_and_a_code(error, code, said, monkeypatch, capsys)
         assert main(["chart", "all", "--out", "own"]) == 130
         kept = "what was measured is kept in own; the same command goes on there"
         assert kept in capsys.readouterr().err
+
+
+def test_a_warning_is_one_line_without_control_characters(monkeypatch, capsys):
+    def warns(*words, **names):
+        warnings.warn("a\x1b[31m", UserWarning, stacklevel=1)
+        raise ValueError("b")
+
+    monkeypatch.setattr("fivebar.study.speed_accuracy.making.make", warns)
+    assert main(["chart", "all"]) == 1
+    assert capsys.readouterr().err == "fivebar: a\\x1b[31m\nfivebar: b\n"
 
 
 def test_a_full_disk_behind_stdout_is_said(here, monkeypatch, capsys):

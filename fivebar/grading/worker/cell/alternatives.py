@@ -214,9 +214,8 @@ def _of_name(place):
         yield 1, "a factor", ast.BinOp(place.node, ast.Div(), ast.Constant(2))
     yield 2, "a square", ast.BinOp(place.node, ast.Pow(), ast.Constant(2))
     rank = 2 if name in scope.known else 0
-    # A list in itself takes all memory.
-    around = place.parent
-    if _callee(around) != "append":
+    # A list that is put into itself takes all memory.
+    if _callee(place.parent) != "append":
         yield from ((rank, "a variable", name_of(other)) for other in scope.stored)
 
 
