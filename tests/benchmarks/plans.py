@@ -15,9 +15,9 @@ import fivebar as fb
 from fivebar.models.charts import BarAngles
 from fivebar.models.dynamics import forward_dynamics
 from fivebar.models.four_joints import bars_pose, bars_rates, closed, loop_gap
+from fivebar.planning.best_plan import refined
 from fivebar.planning.collocation import Scheme
 from fivebar.planning.coordinates import bars
-from fivebar.planning.plan import _refined
 from fivebar.planning.problem import Problem, checked_weights
 from fivebar.planning.search import POINTS, ways
 from fivebar.planning.starts import Start, first_guess, mesh_of
@@ -70,7 +70,7 @@ def solved(problem, path, intervals, seconds):
     guess, durations = first_guess(problem, [path])
     settings = fb.Collocation(intervals=intervals, max_time=seconds)
     try:
-        return _refined(Start(problem, mesh_of(intervals, durations), durations, guess), settings)
+        return refined(Start(problem, mesh_of(intervals, durations), durations, guess), settings)
     except fb.PlanError:
         return None
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.planning import plan as planner
+from fivebar.planning import best_plan as planner
+from fivebar.planning.best_plan import Clock, _divided, _PlanSearch
 from fivebar.planning.collocation import LIMITS, Scheme
 from fivebar.planning.coordinates import bars, tangent
-from fivebar.planning.plan import _Clock, _divided, _PlanSearch
 from fivebar.planning.problem import PlanError, Problem
 from fivebar.planning.shooting import Motions, Shooting, at_all
 from fivebar.planning.starts import Start, mesh_of
@@ -101,7 +101,7 @@ def test_intervals_are_divided_by_the_order_of_their_error(tries):
     """Into ceil((2 error / tolerance)^(1 / degree)) parts, 2 or 3; a good one is left."""
     plan = planned()
     start = Start(plan.problem, [], np.ones(1), plan.motion)
-    search = _PlanSearch(start, _Clock(fb.Collocation(tolerance=1e-3)))
+    search = _PlanSearch(start, Clock(fb.Collocation(tolerance=1e-3)))
     defects = np.array([5e-4, 1e-3, 2e-3, 0.0135, 0.5, 10.0, np.nan])
     search.plan = found = replace(plan)
     found.__dict__["_relative_defects"] = defects
@@ -115,7 +115,7 @@ def test_intervals_are_divided_by_the_order_of_their_error(tries):
     assert search.parts() is None
     # An interval that is out of reach errs by the whole force.
     found.__dict__["_relative_defects"] = np.array([0.0, np.nan])
-    rough = _PlanSearch(start, _Clock(fb.Collocation(tolerance=0.1)))
+    rough = _PlanSearch(start, Clock(fb.Collocation(tolerance=0.1)))
     rough.plan = found
     assert rough.parts().tolist() == [1, 3]
 

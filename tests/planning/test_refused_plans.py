@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.planning import best_plan
 from fivebar.planning import plan as planner
 from fivebar.planning import program as transcription
 from fivebar.planning.plan import plan
@@ -84,7 +85,7 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         caught.value.status == "Maximum_Iterations_Exceeded" and caught.value.plan.duration == 4.0
     )
     monkeypatch.undo()
-    monkeypatch.setattr(planner, "REFINEMENTS", 1)
+    monkeypatch.setattr(best_plan, "REFINEMENTS", 1)
     with pytest.raises(
         PlanError,
         match=r"not accurate: error 0\.0\d+ between nodes on 20 intervals, 0\.001 is allowed",
